@@ -122,7 +122,7 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
         help = f"write `{quantity}^{power}` for the unit, `({quantity})^{power}` for the quantity"
     message, fix = "a power of the unit, or of the quantity?", None
     if "^" in unit.text:
-        message = "a second power: the unit already has one"
+        message = "this power is ambiguous: the unit already has a power"
         fix = Fix(f"({quantity})^{power}", span_between(base.span, exponent.span))
     return Diagnostic("E127", message, source, span, help=help, fix=fix)
 

@@ -113,7 +113,9 @@ class _Parser:
         if self._build.problems:
             self._record_failure(chunk, lambda: self._build.problems[0])
             return None, None
-        if key and not isinstance(tree, Version):  # which must be the first of all
+        if key and not isinstance(
+            tree, Version
+        ):  # not cached, because its error depends on its place: it must come first
             if len(_parsed) >= KEPT:
                 _parsed.clear()
             _parsed[key] = tree

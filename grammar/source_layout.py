@@ -168,7 +168,7 @@ class _Layout:
         return span.line == item.span.end_line and span.start < following
 
 
-# ------------------------------------------------------------------------ the parts
+# ------------------------------------------------------------------------ parts of expressions
 
 
 def _unit(unit: Unit | None) -> str:

@@ -17,7 +17,7 @@ UNFINISHED = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "EQUAL", "RANG
 
 @dataclass(slots=True)
 class Chunk:
-    """Tokens of one declaration, the brackets that it leaves open, and the first surplus closing bracket."""
+    """Tokens of one declaration, the brackets that it leaves open, and the first bracket that is nested too deeply."""
 
     tokens: list[Token] = field(default_factory=list)
     unclosed: list[Token] = field(default_factory=list)

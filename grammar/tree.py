@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 
-@dataclass(slots=True, unsafe_hash=True)  # and never changed: a frozen one takes three times as long to make
+@dataclass(
+    slots=True, unsafe_hash=True
+)  # never modified; not frozen, because that would take three times as long to construct
 class Span:
     """Range of a source text; lines and columns count from 1, in code points, and the end is exclusive."""
 

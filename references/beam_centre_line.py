@@ -24,8 +24,8 @@ BEYOND = 1e-9
 class CentreLine:
     """Deformed centre line of a cantilever whose cross-sections stay plane and rigid.
 
-    Its three functions of the arc length along the undeformed axis, (n,), m, in [0, L], are the displacements along the
-    axis and along gravity, m, and the rotation of the section, rad.
+    `axial`, `transverse` and `rotation` are functions of the arc length along the undeformed axis, (n,), m, in [0, L].
+    They return the displacements along the axis and along gravity, m, and the rotation of the section, rad.
     """
 
     cantilever: Cantilever

@@ -93,8 +93,7 @@ class PartialSlip(ForceTheory):
         """Dissipated energy, J.
 
         It is twice the work of the tangential force minus the product of force and displacement, up to full sliding,
-        plus the
-        work of full sliding.
+        plus the work of full sliding.
         """
         x, m = self._slip_fraction, self.friction * self.push
         drag, work = 1.0 - math.pow(1.0 - x, 1.5), x - 0.4 * (1.0 - math.pow(1.0 - x, 2.5))

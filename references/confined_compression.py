@@ -53,11 +53,9 @@ class DrainingLayer:
     """Part of a porous column between an impermeable plane and its open end, in one dimension.
 
     Lengths are relative to the height h; other quantities are in SI. With u the displacement and J = 1 + u_Y the
-    stretch,
-    the outflow of fluid gives u_t = k(J)/J P(J)_Y / h^2, where P is the stress of the skeleton. The fluid pressure is P
-    minus the total stress, and the total stress equals P at the open end. The displacement or the stress of the open
-    end is
-    prescribed.
+    stretch, the outflow of fluid gives u_t = k(J)/J P(J)_Y / h^2, where P is the stress of the skeleton. The fluid
+    pressure is P minus the total stress, and the total stress equals P at the open end. The displacement or the stress
+    of the open end is prescribed.
     """
 
     height: float  # m
@@ -79,7 +77,7 @@ class DrainingLayer:
         return min(1.0, abs(moved)) or 1.0
 
     def at_end(self, t: float) -> float:
-        """Return the displacement of the open end at time t, s, or its stretch if its stress is prescribed."""
+        """Return the displacement of the open end at time t, s, or its stretch if a force is prescribed."""
         share = self.amount * self.driven.left(0.0, t)
         return self.skeleton.stretch(share) if self.force else share
 
@@ -206,8 +204,7 @@ class PressedColumn(ConfinedColumn):
 
     `amount` is the displacement of the driven end along the axis, m, or its nominal stress, Pa; `times` are the output
     times up to `now`, s. Raises NotApplicable if the material law loses stability in confined compression, or if the
-    end
-    is displaced instantaneously.
+    end is displaced instantaneously.
     """
 
     skeleton: Skeleton

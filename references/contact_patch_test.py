@@ -30,9 +30,9 @@ TOO_FAR = "the compression exceeds what the law can carry", "reduce the compress
 class BlockMaterial:
     """Material of a block under a uniaxial nominal stress P; the lateral sides are free of stress.
 
-    The law is Hooke's for small strain or, if `large`, the neo-Hookean one with ln J. With a stretch l along the axis
-    and t
-    in each of the n lateral directions that are `free`, mu (t^2 - 1) + lam ln(l t^n) = 0 and P = mu (l - t^2 / l).
+    The law is Hooke's for small strain or, if `large`, the neo-Hookean one with ln J. Let l be the stretch along the
+    axis, and t the stretch in each of the n lateral directions that are `free`. The law then gives mu (t^2 - 1) + lam
+    ln(l t^n) = 0 and P = mu (l - t^2 / l).
     """
 
     young: float  # Pa
@@ -56,7 +56,10 @@ class BlockMaterial:
         return math.inf if self.poisson == 0.5 else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
 
     def narrow(self, e: float) -> tuple[float, float]:
-        """Return ln t for e = ln l, and its derivative by e, computed by Newton's method for a convex function."""
+        """Return the logarithm of the lateral stretch for a logarithm e of the axial stretch, and its derivative by e.
+
+        It is the root of a convex function, computed by Newton's method.
+        """
         n, lam = self.free, self._ratio
         if math.isinf(lam):
             return -e / n, -1.0 / n
@@ -69,16 +72,16 @@ class BlockMaterial:
         return s, -lam / (2.0 * math.exp(2.0 * s) + n * lam)
 
     def pull(self, e: float) -> tuple[float, float]:
-        """Return the nominal stress P, Pa, for e = ln l, and its derivative by e."""
+        """Return the nominal stress P, Pa, for a logarithm e of the axial stretch, and its derivative by e."""
         s, slope = self.narrow(e)
         l, t2 = math.exp(e), math.exp(2.0 * s)
         P = self.mu * (math.expm1(2.0 * e) - math.expm1(2.0 * s)) / l
         return P, self.mu * (l + t2 / l * (1.0 - 2.0 * slope))
 
     def strains(self, P: float) -> tuple[float, float, float]:
-        """Return the strains l - 1 and t - 1 at a nominal stress P, Pa, and the derivative of l by P, 1/Pa.
+        """Return axial and lateral strain at a nominal stress P, Pa, and the derivative of the axial strain by P, 1/Pa.
 
-        Raises NotApplicable.
+        Raises NotApplicable if no strain gives this stress.
         """
         if not self.large:
             nu = self.poisson if self.free == 2 else self.poisson / (1.0 - self.poisson)
@@ -183,7 +186,10 @@ class Stack:
 
     @property
     def grown(self) -> float:
-        """Change of the stack's length with all gaps closed, m, if both ends are moved."""
+        """Change of the stack's length, m, if its ends are displaced as prescribed and all gaps are closed.
+
+        It is negative if the blocks are compressed. Both ends must be moved.
+        """
         low, high = self.ends
         assert low is not None
         assert high is not None
@@ -218,7 +224,7 @@ class DeformedStack:
 
     @property
     def left(self) -> float:
-        """Remaining gap, m, with all gaps but one closed; 0 if there is contact everywhere."""
+        """Remaining gap, m, if all other gaps are closed; 0 if there is contact everywhere."""
         return max(self.stack.grown, 0.0) if self.stack.touching and None not in self.stack.ends else 0.0
 
     @property
@@ -289,7 +295,11 @@ class DeformedStack:
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative errors of the force: the strain of blocks with Hooke's law, and overhanging edges."""
+        """Relative errors of the force, by name.
+
+        `strain` is the largest strain of a block with Hooke's law. `overhang` is the largest part of a face that
+        overhangs the next block.
+        """
         known = zip(self.stack.blocks, self.strains, strict=True)
         small = max((abs(along) for block, (along, _) in known if not block.solid.large), default=0.0)
         over = max((1.0 - self._overlap_area(i)[1] for i, joint in enumerate(self.stack.joints) if not joint.glued),

@@ -41,15 +41,11 @@ class ConvergenceEstimate:
     """Limit of a refinement family and its uncertainty.
 
     `value` is the extrapolated limit. `gci` is the grid convergence index: the half width about the *finest* value
-    within
-    which the limit is expected (with three grids and more in about 95 % of regular families). Both are in the unit of
-    the
-    values; `relative` is `gci` as a fraction of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of the finest
-    three values; it is one in the asymptotic range. With only three grids it is one by construction, except for the
-    change
-    of the value itself. `scatter` is the standard deviation of a least-squares fit. If `order` is None, `reason`
-    explains
-    why.
+    within which the limit is expected (with three grids and more in about 95 % of regular families). Both are in the
+    unit of the values; `relative` is `gci` as a fraction of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of
+    the finest three values; it is one in the asymptotic range. With only three grids it is one by construction, except
+    for the change of the value itself. `scatter` is the standard deviation of a least-squares fit. If `order` is None,
+    `reason` explains why.
     """
 
     state: State
@@ -91,12 +87,9 @@ def estimate_convergence(
     """Return order, limit and grid convergence index of a family, from coarse to fine.
 
     `formal` is the theoretical order, if known; a family of two values needs it. With more values, an observed order
-    outside
-    of BAND puts the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section 8.8): a
-    factor
-    of 3 with the observed order, limited to the range from 0.5 to the formal order. Differences below `floor` (by
-    default a
-    few roundings of the largest value) are ignored.
+    outside of BAND puts the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section
+    8.8): a factor of 3 with the observed order, limited to the range from 0.5 to the formal order. Differences below
+    `floor` (by default a few roundings of the largest value) are ignored.
     """
     unusable = _reason_unusable(family)
     if unusable is not None:
@@ -117,8 +110,8 @@ def observed_order(family: Sequence[Pair]) -> float | None:
     """Return the observed order p of a family of three values, None if there is none.
 
     It solves |ln |e32 / e21| + q(p)| = p ln r21 with q(p) = ln((r21^p - s) / (r32^p - s)), r21 = h2 / h1 and e21 =
-    value2 -
-    value1, where 1 is the finest; s is the sign of e32 / e21. None if no p in (0, LARGEST] satisfies the equation.
+    value2 - value1, where 1 is the finest; s is the sign of e32 / e21. None if no p in (0, LARGEST] satisfies the
+    equation.
     Source: Celik et al. 2008, equation (3).
     """
     (h3, f3), (h2, f2), (h1, f1) = family
@@ -280,8 +273,7 @@ def _estimate_from_fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> C
     """Return the estimate from a fit of value = limit + a h^p to more than three values, equally weighted.
 
     The uncertainty is U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, where 1 is the finest. Fs is 1.25, or 3
-    if
-    the fit scatters by more than the mean difference of the values.
+    if the fit scatters by more than the mean difference of the values.
     Source: Eca and Hoekstra 2014, equations (7) to (14).
     """
     p = _minimize(lambda q: _fit_with_order(family, q)[2], 0.05, 2 * LARGEST / 5)

@@ -94,12 +94,9 @@ class ModalResponse:
     """Response of k quantities to an amplitude c(t), as a sum over modes.
 
     The response is lasting (k,) times c(t), plus the sum over modes n of shares (k, n) times the decayed amplitude.
-    Modes
-    beyond the last are zero except at a jump at time t: with them the response to the jump is `at_once` (k,). If the
-    shares
-    do not fall with n, these modes follow a slope of c without delay: `moments` (k,) are the sums of all shares over
-    their
-    rates, s.
+    Modes beyond the last are zero except at a jump at time t: the instantaneous response of all modes to a unit jump is
+    `at_once` (k,). If the shares do not decrease with n, these modes follow a slope of c without delay: `moments` (k,)
+    are the sums of all shares over their rates, s.
     """
 
     lasting: Array  # (k,)

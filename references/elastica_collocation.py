@@ -91,9 +91,8 @@ def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
     """Return the deformed centre line of `cantilever` by the equations of `rod`.
 
     The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The finer solution
-    is
-    returned. Its estimated error is that last change, which is the error of the coarser solution, plus rounding. Raises
-    NotSolved.
+    is returned. Its estimated error is that last change, which is the error of the coarser solution, plus rounding.
+    Raises NotSolved.
     """
     shape = _solve_shape(rod, RESOLUTIONS[0])
     changes: list[float] = []

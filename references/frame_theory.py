@@ -31,10 +31,8 @@ class FrameMember:
     """Straight member of a frame from one node to another.
 
     The rows of `axes` are the unit vectors along the member and along the two axes of its section. `stiffness` returns
-    EA,
-    GA2, GA3, GJ, EI2, EI3 (n, 6) at distances along the member (n,), m; `load` returns the distributed load there in
-    space
-    (n, 3), N/m.
+    EA, GA2, GA3, GJ, EI2, EI3 (n, 6) at distances along the member (n,), m; `load` returns the distributed load there
+    in space (n, 3), N/m.
     """
 
     nodes: tuple[int, int]
@@ -52,8 +50,7 @@ class FrameMember:
         """Return displacements and rotations (n, 6, k) at distances s (n,), m, under `force` (6, k) at the end.
 
         The member is a cantilever clamped at its start: u = int (gamma + kappa x (s - t)) dt, theta = int kappa dt.
-        Results are
-        in the axes of the member.
+        Results are in the axes of the member.
         """
         t, w = _gauss_rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w  # (n, g)
@@ -160,11 +157,11 @@ class FrameMember:
         return float(found)
 
     def second(self, force: Array, loaded: bool = True) -> Array:
-        """Return the geometric stiffness (12, 12) of internal forces and moments, for the motions of both nodes in
-        space.
+        """Return the geometric stiffness (12, 12) of internal forces, for the motions of both nodes in space.
 
-        For sections rotated by exp(theta), theta = (phi, -w', v'), with Hermite bending, it is the second derivative of
-        N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x theta') / 2.
+        `force` is the force and moment on the end. For sections rotated by exp(theta), theta = (phi, -w', v'), with
+        Hermite bending, it is the second derivative of N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x
+        theta') / 2.
         """
         t, weights = _gauss_rule(FEW)
         found, L = np.zeros((12, 12)), self.length
@@ -232,8 +229,7 @@ class Frame:
     """Frame: nodes X (n, 3), m, forces and moments on them (n, 6), members between them, and supports.
 
     `held` (c, 6 n) are the rows of the support conditions on displacements and rotations in space, and `imposed` (c,)
-    their
-    values, m or rad. `nearest` returns the member of each point.
+    their values, m or rad. `nearest` returns the member of each point.
     """
 
     X: Array
@@ -269,10 +265,9 @@ class Frame:
         ]
 
     def share(self, forces: list[Array], loaded: bool = True) -> float:
-        """Return the largest ratio of internal forces to buckling loads, for end forces and moments (6,) of each
-        member.
+        """Return the largest ratio of internal forces to buckling loads, considering forces of either sign.
 
-        Forces of either sign are considered.
+        `forces` are the end force and moment (6,) of each member. The distributed loads count only if `loaded`.
         """
         S = np.zeros_like(self._stiffness_matrix)
         for (member, at), force in zip(self._members_with_unknowns(), forces, strict=True):
@@ -379,8 +374,7 @@ class FrameSolution:
         """Largest ratio of internal forces to buckling loads.
 
         It includes the tension that fixed ends cause when members bend. The ratios are the eigenvalues of the
-        second-order work
-        relative to the stiffness, of either sign.
+        second-order work relative to the stiffness, of either sign.
         """
         members = zip(self.frame.members, self.turns, strict=True)
         pulled = self.frame.pulled([member.compute_lengthening(turns) for member, turns in members])

@@ -35,8 +35,7 @@ class PulledBar:
 
     The axial force N(s) = F + g A int_s^L rho dt is in equilibrium at every section. Without lateral contraction each
     section keeps its shape, so that u(s) = int_0^s N / (E A) dt is the exact solution of small strain in three
-    dimensions.
-    Raises NotApplicable if the bar is not of that kind.
+    dimensions. Raises NotApplicable if the bar is not of that kind.
     """
 
     length: float  # m

@@ -38,9 +38,9 @@ ROUNDING = 1e-13  # relative, of a displacement
 
 @dataclass(frozen=True)
 class Tip:
-    """Tip of a rigid body of revolution, described by c and n: the indentation depth is c t^n for a contact radius t.
+    """Tip of a rigid body of revolution: the indentation depth is c t^n for a contact radius t.
 
-    `edge` is the radius of a flat punch, m.
+    `power` is n and `rate` is c. `edge` is the radius of a flat punch, m.
     """
 
     power: int  # n
@@ -87,7 +87,7 @@ class Tip:
         return 1.0 if self.edge is not None else 1.0 + 1.0 / self.power
 
     def at(self, t: Array) -> Array:
-        """Return the depth c t^n, m, at contact radii t, m."""
+        """Return the indentation depths c t^n, m, at contact radii t, m."""
         return self.rate * t**self.power
 
     def radius(self, depth: float) -> float:
@@ -220,7 +220,10 @@ class HalfSpace:
 
     @property
     def estimated_error(self) -> float:
-        """Error of a displacement, m: that of the half-space where the real body ends, at least rounding."""
+        """Error of a displacement, m: the displacement of the half-space at the ends of the real body.
+
+        It is at least the rounding error.
+        """
         if not self.touches:
             return 0.0
         return max(ROUNDING * abs(self.depth), self._far_face_displacement, self._side_displacement)
@@ -239,7 +242,7 @@ class HalfSpace:
 
     @cached_property
     def layer(self) -> Layer:
-        """Return the same indentation of a layer that ends at the far face of the real body."""
+        """Layer that has the thickness of the real body and is indented in the same way."""
         from softmark.references.layer_integral_equation import Layer
 
         around = self.around
@@ -250,10 +253,8 @@ class HalfSpace:
         """Relative errors of the force due to effects that the theory omits, by name.
 
         `depth` is the effect of a depth that is not small compared with the radius of a sphere, `rim` and `tip` that of
-        rounded
-        edges. `thickness` is computed by the integral equation of a layer. `sides` is estimated from the displacement
-        of a
-        layer at the sides and gives the order of magnitude.
+        rounded edges. `thickness` is computed by the integral equation of a layer. `sides` is estimated from the
+        displacement of a layer at the sides and gives the order of magnitude.
         """
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}

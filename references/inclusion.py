@@ -185,8 +185,7 @@ class RoundCore:
         """Relative effect of the body's finite size on the stress at the border of the core.
 
         It is the largest norm of the difference from an unbounded body, on both sides of the border and over directions
-        between
-        the axes, relative to the remote stress.
+        between the axes, relative to the remote stress.
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
@@ -200,7 +199,10 @@ class RoundCore:
 
     @cached_property
     def largest_gradient(self) -> float:
-        """Largest norm of the displacement gradient at the borders of core (on both sides) and body."""
+        """Largest norm of the displacement gradient at the borders of core and body.
+
+        At the border of the core both sides count.
+        """
         ends = [self._scaled_gradient_and_stress(self._octant_directions, inside)[0] for inside in self._border_sides]
         if math.isfinite(self.outer):
             ends.append(self._scaled_gradient_and_stress(self.outer / self.inner * self._octant_directions, False)[0])
@@ -208,7 +210,10 @@ class RoundCore:
 
     @property
     def _border_sides(self) -> tuple[bool, ...]:
-        """Sides of the core's border, each as whether it is inside: both sides, or for a hole only the outer one."""
+        """Sides of the core's border that have material, as flags that are true for the inner side.
+
+        A hole has only the outer side.
+        """
         return (False,) if self.core is None else (False, True)
 
     @property

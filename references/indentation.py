@@ -19,7 +19,7 @@ NO_FRICTION = "use a theory with friction, or remove `friction`"
 
 @dataclass(frozen=True)
 class Indentation:
-    """Indentation of a deformable body by a rigid body. SI units."""
+    """Data of the indentation of a deformable body by a rigid body, in SI units."""
 
     kind: Kind
     size: float  # m: radius of a sphere, a cylinder, or of what is flat of a punch; of a cone its half-angle, rad

@@ -132,7 +132,10 @@ class Strip:
 
 @dataclass(frozen=True)
 class LineContact:
-    """Line contact of a cylinder with a body in plane strain. SI units; forces and areas are those of the slice."""
+    """Line contact of a cylinder with a slice of a body in plane strain. SI units.
+
+    Forces and areas are those of the slice.
+    """
 
     strip: Strip
     slice: float  # m

@@ -189,9 +189,9 @@ class Loop:
         return max(self.there[0][0], self.back[0][0]), min(self.there[-1][0], self.back[-1][0])
 
     def within(self, stated: Callable[[Array], Array]) -> Loop:
-        """Return the loop with an additional uncertainty, added in quadrature.
+        """Return the loop with an additional uncertainty, added in quadrature to that of each row.
 
-        `stated` computes the uncertainty from values (n,).
+        `stated` is a function that computes the additional uncertainty from values y (n,).
         """
         ways = []
         for way in (self.there, self.back):
@@ -258,8 +258,7 @@ class MeasuredCurve:
         """Return the lost fraction of work between two x, the mean of all repeats, and its uncertainty.
 
         The uncertainty is the effect of errors of the values, upward on one branch and downward on the other, combined
-        in
-        quadrature with the standard deviation between repeats. None if a loop does not cover this range, or takes no
+        in quadrature with the standard deviation between repeats. None if a loop does not cover this range, or takes no
         work.
         """
         if not self.loops or not low < high or any(low < a or high > b for a, b in (one.ends for one in self.loops)):

@@ -59,8 +59,7 @@ class Frame:
     """Coordinate system of a file in the scene: x_scene = unit A x_file + origin, with A a rotation.
 
     `x` and `z` are the directions of the scene's axes in the file; the scene's y axis is z cross x, so no frame mirrors
-    a
-    body.
+    a body.
     """
 
     unit: float  # m

@@ -94,8 +94,7 @@ class SurfaceScan(Reference):
         """Return the surface in the scene's coordinates, registered as the scene requests.
 
         `held` is the fixed face of the undeformed body, for `clamp`; `target` is the computed surface, for `icp`. File
-        names
-        are relative to the folder `beside`. Raises Unreadable.
+        names are relative to the folder `beside`. Raises Unreadable.
         """
         points, triangles = read_surface(find_file(self.path, beside))
         frame = Frame(self.unit, self.x, self.z, self.origin)
@@ -168,8 +167,7 @@ def clean_surface(name: str, points: Array, triangles: Ints, keep: str = "all") 
     """Return a surface without duplicate points, with triangles outward, and notes about the changes.
 
     If `keep` requests it, small parts are removed as well. Raises Unreadable if no triangle is left or a coordinate is
-    not
-    finite.
+    not finite.
     """
     _check_coordinates(name, points)
     points, triangles, merged = _merge_points(points, triangles)

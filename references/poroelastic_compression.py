@@ -210,7 +210,7 @@ class CompressedPorousBody:
 
     @property
     def strained(self) -> float:
-        """Largest strain in the final state under the whole amplitude."""
+        """Magnitude of the axial strain in the final equilibrium under the full force or displacement."""
         return abs(self._drive_amplitude) * float(np.abs(self._axial_strain_response().lasting[0]))
 
 
@@ -219,8 +219,7 @@ def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:
 
     For a cylinder the equation is x J0(x) / J1(x) = b g / a, whose left side falls from 2 to minus infinity between two
     zeros of J1. For a slab it is x cot x = g or 0, whose left side falls from 1 between two zeros of sin x. Each
-    interval
-    contains one root. The first interval contains one if the right side is below 2 or 1.
+    interval contains one root. The first interval contains one if the right side is below 2 or 1.
     """
     if dimension == 1:
         ends = np.pi * np.arange(count + 1)

@@ -80,10 +80,8 @@ class RelaxingBar:
     """Viscoelastic bar in uniaxial stress, held at one end, with constant Poisson's ratio. SI units.
 
     Its modulus is E(t) = E (1 - sum g (1 - exp(-t/tau))). Its other end is moved (`force` false, `amount` in m) or
-    pulled
-    (`force` true, `amount` in N) by the amplitude `driven`, up to the time `now`. Raises NotApplicable if the bar is
-    not of
-    that kind.
+    pulled (`force` true, `amount` in N) by the amplitude `driven`, up to the time `now`. Raises NotApplicable if the
+    bar is not of that kind.
     """
 
     length: float  # m

@@ -40,10 +40,9 @@ class GivenValues(Reference):
         return self.each[-1]
 
     def amounts(self, name: str) -> tuple[float, ...]:
-        """Return the entries of the field `name`, such as uncertainties, in the unit of the values.
+        """Return one amount for each value, in the unit of the values, from the field `name`, such as `uncertainty`.
 
-        There is one entry for each value. Entries that the scene gives as fractions are multiplied by the magnitudes of
-        the values.
+        Entries that the scene gives as fractions are multiplied by the magnitudes of the values.
         """
         share = vars(self)[name].dimension != self.values.dimension
         each = zip(self.values.values, self.chosen(name), strict=True)
@@ -124,7 +123,7 @@ class KnownValue:
         return self.value - self.band[0], self.band[1] - self.value
 
     def beside(self, found: float) -> float:
-        """Return the uncertainty on that side of the value on which the number `found` lies."""
+        """Return the uncertainty below the value if the number `found` is smaller, else the uncertainty above it."""
         return self.sides[found > self.value]
 
     def holds(self, found: float) -> bool:

@@ -16,16 +16,12 @@ About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere"
 class Reference:
     """Base class of references; `how` names the way in which the solution is obtained.
 
-    `solved`: `solve(cantilever)` returns a CentreLine. A reference that is `about` another case takes that case, such
-    as a
-    TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column, PressedColumn,
-    CompressedPorousBody,
-    Indentation, StoppedBar, Stack or a function that makes a Frame, and returns its solution. `measured`: `load()`
-    returns
-    a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue. `refined`: the solution comes from refined
-    models of
-    the scene, its `methods`. `scanned`: it comes from the shape that the model `of` computes, which `load(points,
-    triangles)` takes.
+    `solved`: `solve(cantilever)` returns a CentreLine. A reference whose `about` is another kind of problem takes the
+    data of that problem, such as a TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column,
+    PressedColumn, CompressedPorousBody, Indentation, StoppedBar, Stack or a function that makes a Frame, and returns
+    its solution. `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
+    `refined`: the solution comes from refined models of the scene, its `methods`. `scanned`: it comes from the shape
+    that the model `of` computes, which `load(points, triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"
@@ -43,7 +39,7 @@ class Reference:
 
     @classmethod
     def usually(cls) -> str:
-        """Return the default kind of truth as text: `one code`."""
+        """Return the default kind of truth as text, such as `one code`."""
         return (cls.usual or KINDS[cls.how]).replace("_", " ")
 
     @property
@@ -77,6 +73,6 @@ class Reference:
     def unfit(self) -> tuple[Any, Any] | None:
         """Return the reason why the reference's table cannot be used, and the remedy; None if it can.
 
-        It is found before numbers are read.
+        The check reads no numbers.
         """
         return None

@@ -84,10 +84,8 @@ def icp(points: Array, target: SurfaceSearch, start: RigidMotion | None = None, 
     """Return the motion of points (n, 3) that minimises the sum of squares of their distances to a surface.
 
     Levenberg-Marquardt steps are applied to the distances, whose gradients are the directions from the closest points.
-    A
-    motion that the surface does not determine, such as that of a cylinder about its axis, stays unchanged. `keep` is
-    the
-    fraction of the points, the closest ones, that is registered; the residual is that of all points.
+    A motion that the surface does not determine, such as that of a cylinder about its axis, stays unchanged. `keep` is
+    the fraction of the points, the closest ones, that is registered; the residual is that of all points.
     Source: Chen and Medioni 1992, Image and Vision Computing 10:145; Fitzgibbon 2003, same journal 21:1145.
     """
     extent = float(np.ptp(target.points, axis=0).max())

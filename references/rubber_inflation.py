@@ -39,8 +39,7 @@ class BlownBall:
         p = int from m to l of 2 (t_theta - t_r) / (s (s^3 - 1)) ds, m^3 = 1 + (l^3 - 1) A^3/B^3,
 
     and for W(s^-2, s, s) the stress difference is s W'(s) / 2. The state is the first with this pressure on the path
-    from
-    rest. Raises NotApplicable if no state has this pressure, or if the body is not of that kind.
+    from rest. Raises NotApplicable if no state has this pressure, or if the body is not of that kind.
     """
 
     inner: float  # m, A
@@ -108,7 +107,7 @@ class BlownBall:
 
     @cached_property
     def opened(self) -> float:
-        """Logarithm of the inner stretch in the first state with this pressure. Raises NotApplicable."""
+        """Logarithm of the inner stretch in the first state that has the given pressure. Raises NotApplicable."""
         e, p = self.path
         above = np.flatnonzero(p >= self.pressure)
         limit = self.limit

@@ -28,18 +28,15 @@ class TwistedCylinder:
     """Solid circular cylinder of incompressible rubber, held at one end and rotated at the other. SI units.
 
     Every section rotates by tau z about the axis, with z measured from the held end, without any other displacement
-    (Rivlin
-    1949), for every law. At radius r the material is sheared by g = tau r, with principal stretches exp(e), 1 and
-    exp(-e),
-    sinh e = g/2, and principal axes in the plane of theta and z. With the stresses t of the law, and a side without
-    tractions,
+    (Rivlin 1949), for every law. At radius r the material is sheared by g = tau r, with principal stretches exp(e), 1
+    and exp(-e), sinh e = g/2, and principal axes in the plane of theta and z. With the stresses t of the law, and a
+    side without tractions,
 
         torque = 2 pi int r^2 t_theta_z dr, thrust = -pi int r (2 (t_zz - t_rr) - (t_theta_theta - t_rr)) dr,
 
     and energy = 2 pi L int r W dr. For a neo-Hookean solid these are mu tau pi R^4 / 2, mu tau^2 pi R^4 / 4 and mu
-    tau^2 pi
-    R^4 L / 4. The thrust is the compressive force on the ends; with free ends the cylinder becomes longer (Poynting).
-    Raises NotApplicable if the cylinder is not of that kind.
+    tau^2 pi R^4 L / 4. The thrust is the compressive force on the ends; with free ends the cylinder becomes longer
+    (Poynting). Raises NotApplicable if the cylinder is not of that kind.
     """
 
     length: float  # m

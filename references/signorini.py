@@ -23,10 +23,8 @@ class StoppedBar:
     """Bar held at one end, pulled by a force P, and stopped by a rigid plane at its other end. SI units.
 
     Without the plane the bar lengthens by e = P L / (E A). If e exceeds the gap g, the bar lengthens by g, and the
-    plane
-    carries P - E A g / L. `away` is the gap to the plane in its final position; it is negative if the plane compresses
-    the
-    bar.
+    plane carries P - E A g / L. `away` is the gap to the plane in its final position; it is negative if the plane
+    compresses the bar.
     """
 
     length: float  # m

@@ -84,8 +84,7 @@ class ShearDeformableRod:
         """Return x' - 1 and y' (n,), the derivatives of the displacements along the axis and along gravity.
 
         x' = (1 + Gamma1) cos(phi) - Gamma2 sin(phi) and y' = (1 + Gamma1) sin(phi) + Gamma2 cos(phi), Gamma1 = stretch
-        (1 - s)
-        sin(phi), Gamma2 = shear (1 - s) cos(phi).
+        (1 - s) sin(phi), Gamma2 = shear (1 - s) cos(phi).
         """
         sin, cos = np.sin(phi), np.cos(phi)
         axial = -2 * np.sin(phi / 2) ** 2 + self._strain_difference(s) * sin * cos

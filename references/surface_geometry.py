@@ -280,9 +280,9 @@ def _ray_block_distances(o: Array, d: Array, a: Array, ab: Array, ac: Array) -> 
 
 
 def normal_distances(origins: Array, normals: Array, points: Array, triangles: Ints) -> Array:
-    """Return the signed distances (n,), m, along unit normals to a surface: the nearer hit of both directions.
+    """Return the signed distances (n,), m, from origins to a surface along unit normals, in either direction.
 
-    They are inf without an intersection.
+    The nearer of both intersections counts. Distances are inf without an intersection.
     """
     out, back = (ray_distances(origins, sign * normals, points, triangles) for sign in (1.0, -1.0))
     return np.where(out <= back, out, -back)

@@ -56,9 +56,9 @@ class TendonRoute:
     tension: float
 
     def beside(self, s: Array) -> tuple[Array, Array, Array]:
-        """Return the tendon's position in the section (3, k), m, at distances s along the axis (k,), m.
+        """Return the tendon's position in the section (3, k), m, and its first and second derivatives by s.
 
-        The two other results are its first and second derivatives by s.
+        s (k,), m, are distances along the axis.
         """
         span = self.end - self.begin
         w, line = 1j * self.winding / span, complex(*self.first)
@@ -98,7 +98,7 @@ class DrivenRod:
 
 @dataclass(frozen=True)
 class RodSection:
-    """Part of the rod along which the same tendons run; its ends are scaled by the length of the rod."""
+    """Part of a tendon-driven rod along which the same tendons run; its ends are scaled by the length of the rod."""
 
     begin: float
     end: float
@@ -136,7 +136,7 @@ class RodEquations:
         return y.reshape(-1, len(z))
 
     def strains(self, y: Array) -> tuple[Array, Array]:
-        """Return the strains v and u (3, k) each of states y (13, k)."""
+        """Return the strains v (3, k) and u (3, k) of states y (13, k), in the notation of the module."""
         v, u = y[7:10] / self.C[:3, None], y[10:13] / self.C[3:, None]
         v[0] += 1.0
         return v, u
@@ -303,7 +303,10 @@ def _rotation_matrices(q: Array) -> Array:
 
 
 def _quaternion_rate(q: Array, u: Array) -> Array:
-    """Return q u (4, k): twice the rate of quaternions q whose frames rotate by u about their own axes."""
+    """Return the quaternion product q u (4, k).
+
+    It is twice the rate of quaternions q whose frames rotate by u about their own axes.
+    """
     w, x, y, z = q
     return np.stack([
         -x * u[0] - y * u[1] - z * u[2], w * u[0] + y * u[2] - z * u[1],

@@ -47,12 +47,13 @@ class ConfinedColumn:
         raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
 
     def _folded(self, X: Array) -> tuple[Array, Array, bool]:
-        """Return the distances of points X (n, 3), m, from the impermeable plane, (n,), m.
+        """Return distances from the impermeable plane (n,), m, signs (n,), and whether the plane moves.
 
-        The other results are signs (n,), and whether the plane moves. The plane is the held end, the driven end, or the
-        middle between two drained ends. With w the displacement away from the plane, the axial displacement of a point
-        is its sign times w. If the plane moves, the displacement of the plane is added, which is w at the open end.
-        Raises NotApplicable for invalid points.
+        They are those of points X (n, 3), m. The plane is the held end, the driven end, or the middle between two
+        drained ends.
+        With w the displacement away from the plane, the axial displacement of a point is its sign times w. If the plane
+        moves,
+        the displacement of the plane is added, which is w at the open end. Raises NotApplicable for invalid points.
         """
         z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
         if self.drains == "driven":
@@ -170,7 +171,7 @@ class Column(ConfinedColumn):
 
     @property
     def strained(self) -> float:
-        """Largest known strain in the whole course of the load."""
+        """Magnitude of the axial strain in the final equilibrium under the full force or displacement."""
         return abs(self._final_strain)
 
 

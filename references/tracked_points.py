@@ -71,10 +71,9 @@ class TrackedPoints(Reference):
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as stated in the scene"
 
     def unfit(self) -> tuple[str, str] | None:
-        """Return the reason why the table has no tracked points in the requested states, and the remedy; None if it
-        has.
+        """Return the reason why the table lacks points in a requested state, and the remedy; None if it has them.
 
-        No numbers are read.
+        The check reads no numbers.
         """
         try:
             states = read_table(Path(self.path)).states

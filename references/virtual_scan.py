@@ -161,10 +161,8 @@ def coverage(points: Array, triangles: Ints, origin: Array, voxel: Array, size: 
     """Return the fraction of each voxel that is inside a closed surface, (nx, ny, nz).
 
     Rays run along the longest edge of a voxel, RAYS x RAYS of them per voxel. Each crossing of the surface at a height
-    h
-    fills the part of the ray below it, with the sign of leaving or entering. The filled length is exact along the ray,
-    and
-    the order of crossings does not matter. Where the surface intersects itself, windings add up.
+    h fills the part of the ray below it, with the sign of leaving or entering. The filled length is exact along the
+    ray, and the order of crossings does not matter. Where the surface intersects itself, windings add up.
     """
     first = (int(np.argmax(voxel)) + 1) % 3  # a cyclic change of axes keeps the surface outside out
     order = [first, (first + 1) % 3, (first + 2) % 3]
@@ -191,8 +189,7 @@ def _ray_crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, A
     """Return the crossings of rays and triangles: the column of voxels (c,), the height (c,), and the sign (c,).
 
     The sign is +1 for leaving, -1 for entering. A ray is at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). A ray that meets an
-    edge
-    is counted as if slightly displaced, so that it crosses exactly one of the two triangles.
+    edge is counted as if slightly displaced, so that it crosses exactly one of the two triangles.
     """
     Q = P * np.array([RAYS, RAYS, 1.0]) - np.array([0.5, 0.5, 0.0])  # rays at whole numbers
     flat = Q[triangles][:, :, :2]
@@ -242,8 +239,7 @@ def _add_crossings(filled: Array, column: Ints, height: Array, sign: Array) -> N
     """Add crossings to the columns `filled` (c, nz + 1), where entry k + 1 counts for the voxels up to k.
 
     A crossing in the voxel m fills the fraction height - m of it, and all of the m voxels below. In sums from above,
-    the
-    fraction is added at m and the remainder of one at m - 1. See `coverage`.
+    the fraction is added at m and the remainder of one at m - 1. See `coverage`.
     """
     m = np.minimum(np.floor(height).astype(np.int64), filled.shape[1] - 2)
     share = height - m

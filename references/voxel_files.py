@@ -185,7 +185,7 @@ def _volume_from_slices(file: Path, slices: list[Any]) -> VoxelVolume:
 
 
 def _read_series_slices(file: Path) -> list[Any]:
-    """Return the slices of one DICOM series: that of the file, or the only one in the folder. Raises Unreadable."""
+    """Return the slices of the DICOM series of a file, or of the only series in a folder. Raises Unreadable."""
     pydicom = import_package("pydicom", file.name)
     found: dict[str, list[Any]] = {}
     for one in _list_slice_files(file):

@@ -1,18 +1,18 @@
 """Numerics on plain arrays, usable without the rest; packages import only those before them (tests/test_rooms.py).
 
-    runtime             kernels on disk, lazy imports, threads
-    materials           laws: psi(F), P, dP/dF
+    runtime             kernels cached on disk, lazy imports, threads
+    materials           material laws: psi(F), P, dP/dF
     elements            reference cells: shape functions, quadrature, facets
     mesh                points and cells, shapes, files, interpolation on a mesh
     energies            value, gradient, Hessian over local degrees of freedom
-    sparse              factorisations and iterations of our own
+    sparse              factorisations and iterative solvers of this project
     assembly            sums of energies over shared degrees of freedom
     stress_recovery     stress and strain of a solved mesh, recovered at nodes
     linear              selection of a linear solver
-    statics             equilibrium, stability, paths, recovery
+    statics             equilibrium, stability, equilibrium paths
     dynamics            time integrators
     contact             contact and friction
-    model_reduction     few unknowns in place of many
+    model_reduction     reduced models with few unknowns
     independent_forces  forces computed again by other formulas
     api                 Python interface, built from all of these
 
@@ -25,7 +25,7 @@ To solve a solid without a scene, SI units throughout:
     wall = clamp(beam, beam.nodes(lambda X: X[:, 0] <= 0.0))
     equilibrium(beam, [wall], [gravity(beam, (0.0, 0.0, -9.81))]).displacement  # (n, 3), m
 
-Nothing is imported before one of the names is used, and nothing of softmark outside this package.
+A module is imported when one of the names is first used, and nothing of softmark outside this package is imported.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from softmark.grammar.diagnostic import Source
 from softmark.interpreter.api.python_api import load_source
 from softmark.interpreter.api.shown_report import RunReport
 
-LEFT = ("scene", "report")  # names that a cell leaves
+LEFT = ("scene", "report")  # variables that a cell defines
 
 
 class _LineParser(argparse.ArgumentParser):
@@ -67,7 +67,7 @@ class SceneMagics(Magics):
             raise UsageError(f"%%scene: `{given.name}` is not a valid Python name; options start with a dash")
         shell: Any = self.shell
         for name in (*LEFT, *([given.name] if given.name else [])):
-            shell.user_ns.pop(name, None)  # names left by an earlier cell
+            shell.user_ns.pop(name, None)  # variables defined by an earlier cell
         source = Source(given.name or "<cell>", cell)
         loaded = load_source(source, Path(), None, given.p, given.plugin, given.model)
         shell.user_ns["scene"] = loaded

@@ -112,7 +112,7 @@ def _unavailable_plot_message(
     return f"{asked} cannot be drawn{how}: {why}; {can}"
 
 
-# ------------------------------------------------------------------ what can be drawn
+# ------------------------------------------------------------------ available drawings
 
 
 def _deformed_line_drawings(findings: ReportSummary) -> Found:

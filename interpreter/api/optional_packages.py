@@ -17,7 +17,7 @@ def import_extra(module: str, what: str, extra: str) -> Any:
     except ImportError as error:
         package = module.partition(".")[0]
         if error.name is not None and error.name.partition(".")[0] != package:
-            raise  # it is there, and something that it needs is broken
+            raise  # the package is installed, but one of its own imports fails
         raise MissingExtra(
             f'{what} needs {package}, which is not installed: pip install "softmark[{extra}]"', name=package
         ) from None

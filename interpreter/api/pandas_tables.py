@@ -11,7 +11,7 @@ from softmark.interpreter.results.run_report import MetricResult, ModelResult, R
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-COLUMNS = {  # name: what stands there; None where it is not known
+COLUMNS = {  # name of a column: its content; unknown values are None
     "model": "the name of the model, or of the reference",
     "kind": "`model`, or the kind of the reference",
     "metric": "the name of the metric",

@@ -8,9 +8,9 @@ from typing import Any
 
 from softmark.interpreter.language import units
 
-# dimensions of pint, in the order of ours, and its units of them; angles have none there
+# dimensions and units of pint, in the order of units.Dimension; pint has no dimension of angles
 BASE = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second", "[temperature]": "kelvin"}
-CLOSE = 1e-9  # relative: what two ways to the same number in SI may differ by
+CLOSE = 1e-9  # relative tolerance of two conversions of one quantity to SI
 
 
 def is_quantity(value: object) -> bool:

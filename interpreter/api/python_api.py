@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.api.shown_report import RunReport
     from softmark.interpreter.api.shown_studies import ShownComparison, ShownRobustness
 
-Parameter = Any  # a text such as "120 mm", a number where it has no unit, a quantity of pint
-TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that its `repr` names
+Parameter = Any  # a text such as "120 mm", a number for a parameter without unit, or a pint quantity
+TOLD = ("model", "reference", "metric")  # kinds of declarations that `repr` of a scene lists
 
 
 @dataclass(frozen=True)

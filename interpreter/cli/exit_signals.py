@@ -44,7 +44,9 @@ def install_handlers() -> None:
 
     A signal that the parent process has set to be ignored stays ignored.
     """
-    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:  # `dsl run x >&-`: else a report gets its number
+    while (
+        descriptor := os.open(os.devnull, os.O_RDWR)
+    ) <= 2:  # after `dsl run x >&-` a report would get the number of standard output
         pass
     os.close(descriptor)
     sys.stdin, sys.stdout, sys.stderr = (

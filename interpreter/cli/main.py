@@ -13,7 +13,7 @@ import sys
 
 _OURS = os.path.basename(sys.argv[0]) in ("dsl", "dsl.exe")
 if _OURS and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
-    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # until `main` says more than a traceback of imports
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # an interrupt during imports ends the process without a traceback
 
 from collections.abc import Sequence  # noqa: E402
 from contextlib import suppress  # noqa: E402
@@ -22,31 +22,37 @@ from softmark import pausing  # noqa: E402
 from softmark.interpreter.cli import exit_signals  # noqa: E402
 
 COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.cli.commands, summary)
-    "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
-    "plan": ("plan", "show what would be built, and which line asks for it"),
+    "check": (
+        "check",
+        "report the errors and warnings of a scene: syntax, names, units, limits of models; run nothing",
+    ),
+    "plan": ("plan", "list the meshes, solutions and results that `dsl run` would compute; run nothing"),
     "run": ("run", "run a scene and write its report"),
     "serve-report": (
         "serve_report",
-        "serve a report to a browser of this machine; the page reloads when the report changes",
+        "show a report in a browser of this machine; the page reloads when the report changes",
     ),
-    "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
-    "judge": ("judge", "judge results that other programs have written, as models of a scene"),
-    "import": ("import_deck", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
-    "robustness": ("robustness", "find where each model stops being right, and whether it warns there"),
+    "compare": ("compare", "compare models and settings by error and time, and recommend one"),
+    "judge": ("judge", "assess result files of other programs as if they were models of a scene"),
+    "import": (
+        "import_deck",
+        "convert a mesh or an input deck of another program to a scene; list what is not converted",
+    ),
+    "robustness": ("robustness", "vary parameters to find where each model becomes wrong, and whether it warns there"),
     "stress": ("robustness", "an earlier name of `dsl robustness`"),
-    "export": ("export", "write models as files for another program, with an exam sheet"),
+    "export": ("export", "write models as input files of another program, with a sheet of the requested results"),
     "conformance": ("conformance", "check that the models, metrics and other words of a plugin meet the requirements"),
     "board": (
         "board",
-        "run every model on every case of a suite; writes a site with a matrix, profiles and Pareto fronts",
+        "run every model on every case of a benchmark suite, and write a leaderboard as web pages",
     ),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("list_words", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
-    "docs": ("docs", "open the documentation: tutorial, reference, gallery; no network"),
-    "fmt": ("fmt", "rewrite scenes in canonical form"),
-    "editor": ("editor", "write the files that an editor needs for scenes: highlighting, the language server"),
-    "lsp": ("lsp", "serve an editor: the language server"),
+    "docs": ("docs", "open the documentation in a browser, without network: tutorial, reference, gallery"),
+    "fmt": ("fmt", "format scene files"),
+    "editor": ("editor", "write the files that set up an editor for scenes: highlighting, language server"),
+    "lsp": ("lsp", "start the language server, which editors call"),
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
@@ -107,7 +113,7 @@ def _print_error(text: str) -> None:
     """Print an error message on standard error; do nothing if that fails."""
     try:
         print(text, file=sys.stderr, flush=True)
-    except OSError:  # a full disk, or nobody reads
+    except OSError:  # the disk is full, or no process reads the pipe
         _redirect_to_null(2)
 
 

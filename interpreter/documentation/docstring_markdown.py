@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 
-WRAPPED = 100  # characters: a line that the next word would have made longer was broken by the margin alone
+WRAPPED = 100  # characters: a line that would exceed this with the next word was only wrapped
 SPECIAL = re.compile(r"([\\*_<>\[\]#$|~{}`@^])")
 CODE = re.compile(r"(`[^`]+`)")
 # a line of a formula: indented, or an equation that is no part of a sentence

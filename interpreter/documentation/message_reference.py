@@ -9,7 +9,7 @@ from softmark.interpreter.help.codes import Page
 from softmark.interpreter.help.codes import pages as codes
 
 FOLDER = "messages"
-GROUPS = {  # the name of a page: which codes, and its title
+GROUPS = {  # name of a page: pattern of its codes, and its title
     "text": ("[EW]1", "1: the text"),
     "names": ("[EW]2", "2: names, units, dimensions"),
     "values": ("E3", "3: invalid values"),

@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 
 INVENTORY = "objects.inv"
-HEAD = 4  # lines before what is compressed
+HEAD = 4  # number of lines before the compressed part
 
 
 def anchors_by_name(folder: Path) -> dict[str, str]:

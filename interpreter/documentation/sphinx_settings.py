@@ -10,7 +10,7 @@ NAMES = (
     "brand-primary", "brand-content", "background-primary", "background-secondary", "foreground-primary",
     "foreground-secondary",
 )  # fmt: skip
-COLOURS = {  # those of the reports
+COLOURS = {  # colours of the reports
     "light": ("#0a5a8c", "#0a5a8c", "#fbfaf7", "#f3f1ec", "#1c2126", "#56606b"),
     "dark": ("#7dbfec", "#7dbfec", "#111519", "#171c21", "#e5e8eb", "#a5afb9"),
 }
@@ -32,7 +32,7 @@ SETTINGS: dict[str, Any] = {
     "myst_update_mathjax": False,
     "exclude_patterns": ["README.md"],
     "suppress_warnings": ["toc.empty_glob"],
-    "nitpicky": True,  # a role that leads nowhere is a warning
+    "nitpicky": True,  # a role without a target is a warning
     "html_theme": "furo",
     "html_title": f"softmark {__version__}",
     "html_theme_options": THEME,

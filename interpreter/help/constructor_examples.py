@@ -20,7 +20,7 @@ _FITTING = {  # values of fields that depend on another field, or accept only so
     "outer_along": "30 mm", "rim": "5 mm", "rounding": "2 mm", "uncertainty": "0.05 mm", "sheets": "+y",
 }  # fmt: skip
 _FILES = {"tetrahedralized": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
-_CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
+_CHOSEN = {  # optional fields that examples set, because they are usually needed
     "arc": ("side",), "curve_error": ("over",), "network": ("radius",),
     "fem": ("size",), "mass_spring": ("size",), "external_solver": ("size",), "torque": ("where",),
     "curve": ("uncertainty",), "consensus": ("spread",), "consensus_curve": ("uncertainty", "codes"),
@@ -56,7 +56,7 @@ def sample(f: Field) -> str:
         return "NAME_OF_ANOTHER_METRIC"
     if f.name == "rigid" and f.kind == "body":
         return "NAME_OF_RIGID_BODY"
-    if f.name == "to" and f.form == "vector":  # not where `from` is
+    if f.name == "to" and f.form == "vector":  # a point different from that of `from`
         return f"(1, 1, 2) {units.vector_unit(f.dimension or units.NONE)}"
     if f.form == "quantity":
         dimension = f.dimension or units.NONE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from softmark.interpreter.language import units
 
-# what is not a constructor: reserved words, functions, and names with a meaning of their own
+# words that are not constructors: reserved words, functions, and predefined names
 RESERVED = {
     "softmark": "`softmark 1` as the first line gives the version of the language. It may be left out.",
     "scene": '`scene "silicone beam"` gives the scene a title, once. Without it the title is the name of the file.',

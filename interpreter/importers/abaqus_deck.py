@@ -208,7 +208,7 @@ class _Reader:
     def _accept_step(self, step: _Step, number: int) -> bool:
         what = step.other
         if what is None and "PERTURBATION" in step.card.options:
-            if number == 0 and step.static is not None:  # linear, and no load acts before it
+            if number == 0 and step.static is not None:  # a linear step, before which no load acts
                 self.taken.append(
                     f"the step in line {step.card.line} is a linear perturbation of the undeformed body: small strain"
                 )
@@ -220,7 +220,7 @@ class _Reader:
         self.left.append(NotImported(f"a step of {kind}", "only *STATIC steps are imported", what.line))
         return False
 
-    # -------------------------------------------------------------- together
+    # -------------------------------------------------------------- combination with the mesh
 
     def deck(self, mesh: DeckMesh) -> Deck:
         """Return the whole deck as a record. Raises DeckError, NotImportable."""

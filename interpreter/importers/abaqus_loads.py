@@ -215,7 +215,7 @@ class AccumulatedLoads:
         why = "only P, P1 to P6 and GRAV are supported" if label != "GRAV" else "magnitude or direction is missing"
         yield NotImported(f"`{label}` of {card.title} on `{row[0]}`", why, card.line)
 
-    # -------------------------------------------------------------- together
+    # -------------------------------------------------------------- totals of all steps
 
     def surfaces_pressed(self) -> set[str]:
         """Return the names of surfaces under pressure, in upper case."""
@@ -264,7 +264,10 @@ def _target_key(who: str, card: Card) -> Target:
 
 
 def group_equal_forces(told: Iterable[tuple[int, Sequence[float]]]) -> list[NodeForces]:
-    """Group nodes that have equal forces into one set, and drop zero forces."""
+    """Group nodes that have equal forces into one set, and drop zero forces.
+
+    `told` has pairs of the index of a node and its force (3,).
+    """
     by_vector: dict[Vector, list[int]] = {}
     for node, (x, y, z) in told:
         if x or y or z:
@@ -273,7 +276,10 @@ def group_equal_forces(told: Iterable[tuple[int, Sequence[float]]]) -> list[Node
 
 
 def group_equal_supports(told: dict[tuple[int, int], float]) -> list[NodeSupport]:
-    """Group prescribed displacements by set: sets that are equal in several directions become one support."""
+    """Group prescribed displacements, given by (node, component), into supports of sets of nodes.
+
+    Components that have the same set of nodes, and are all zero or all nonzero, become one support.
+    """
     sets: dict[tuple[int, float], list[int]] = {}
     for (node, c), value in told.items():
         sets.setdefault((c, value), []).append(node)

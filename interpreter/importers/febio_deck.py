@@ -320,7 +320,7 @@ class _Reader:
             if own.tag != "NodeData":
                 self._omit(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
 
-    # ------------------------------------------------------- what acts on it
+    # ------------------------------------------------------- supports and loads
 
     def _values_at_time(self, node: ElementT | None) -> Floats | None:
         """Return the numbers of an XML element at the imported time; None if their load curve is unknown there."""

@@ -125,7 +125,7 @@ class EndedLoad:
     def described(self) -> str:
         """Sentence that reports the load as ended, with its curve and the times."""
         return (
-            f"{self.what} is 0 at the imported time {self.moment:g}; its load curve {self.curve[:20]} is "
+            f"{self.what} is 0 at the imported time {self.moment:g}, but its load curve {self.curve[:20]} is "
             f"{self.peak:g} at time {self.when:g}"
         )
 

@@ -31,7 +31,7 @@ from softmark.safe_files import read_regular
 
 KINDS = {"TETRAHEDRON": ("tet4", 4), "HEXAHEDRON": ("hex8", 8)}
 STRAINS = {"SMALL": "small", "LARGE": "corotational", "POLAR": "corotational"}
-LIMIT = 1_000_000  # numbers of a list
+LIMIT = 1_000_000  # largest number of entries of a list
 
 
 def read(path: Path) -> Deck:

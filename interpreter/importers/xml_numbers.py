@@ -9,7 +9,7 @@ from softmark.interpreter.models.imported_results.readers.result_frames import A
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT
 from softmark.references.measured_data import Unreadable
 
-LARGEST = 1 << 40  # of a number of a node
+LARGEST = 1 << 40  # largest number of a node
 
 
 class NumberParser:

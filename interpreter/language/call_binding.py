@@ -42,7 +42,7 @@ Bound = tuple[tree.Expression, Place]  # expression and its text
 
 @dataclass(frozen=True)
 class Binder:
-    """Binder of the calls of one declaration; `full` is its full name, by which overrides find its fields."""
+    """Binder of the calls of one declaration, whose name with prefix is `full`: `tissue.liver`."""
 
     compiler: Compiler
     module: Module
@@ -59,9 +59,9 @@ class Binder:
         return self.compiler.table.vocabulary
 
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
-        """Return the constructor of a call, the created object, and the location of each field.
+        """Return the constructor of a call, the created object, and the location of each field. Raises EvaluationError.
 
-        Raises EvaluationError.
+        Overrides apply only to the `outermost` call of a declaration.
         """
         constructor = self._find_constructor(kind, node)
         self._refuse_decimal_comma(constructor, node)

@@ -120,7 +120,7 @@ class Scene:
     overrides: tuple[str, ...] = ()  # overrides as given: `L=120mm`
     unused: Mapping[str, Location] = field(default_factory=dict)
     table: ModuleTable | None = field(default=None, repr=False, compare=False)  # modules that it was compiled from
-    chosen: tuple[str, ...] = ()  # requested models with those they need; None: all
+    chosen: tuple[str, ...] = ()  # requested models with those they need; empty: all
     varied: tuple[str, ...] = ()  # overrides that a study gave: `L=120 mm`
     made: ReusableParts | None = field(default=None, repr=False, compare=False)  # None for a scene with errors
     state: int | None = None  # index of its state (`scene_states.py`); None for all states, or the only one

@@ -107,7 +107,11 @@ copyreg.pickle(Scene, _pickle_scene)
 def restore_scene(
     table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...], state: int | None = None
 ) -> Scene:
-    """Compile texts that were parsed before, in another process or for a copy of a scene. Raises SceneError."""
+    """Compile texts that were parsed before, in another process or for a copy of a scene. Raises SceneError.
+
+    `texts` are the overrides as `NAME=VALUE`, `chosen` are the names of the requested models. `state` is the index of a
+    state, None for all.
+    """
     diagnostics = BoundedDiagnostics()
     known = table.again(diagnostics)
     scene, found = _compile(known, path, parameter_overrides.read_overrides(texts, diagnostics), diagnostics, texts)
@@ -222,9 +226,9 @@ class Compiler:
     # ------------------------------------------------------------------ declarations
 
     def declaration(self, full: str) -> Declared:
-        """Return the compiled declaration with a full name, after all declarations that it refers to.
+        """Return the compiled declaration of a name with its prefix, as in `tissue.liver`. Raises EvaluationError.
 
-        Raises EvaluationError.
+        All declarations that it refers to are compiled before.
         """
         if full in self.declared:
             known = self.declared[full]

@@ -137,7 +137,7 @@ class Evaluator:
         return self.lookup(node)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
-        """Return the factor and dimension of a unit."""
+        """Return the factor and dimension of a unit. Raises EvaluationError for a unit that cannot be read."""
         try:
             return units.parse_unit(unit.text)
         except units.UnitError as error:
@@ -268,7 +268,10 @@ class Evaluator:
         return self._require_finite(self._apply_function(node, name, arguments[0]), node.span)
 
     def callable(self, node: tree.Call, known: bool = False) -> None:
-        """Refuse an unknown function, or a function that has no value in this context. Raises EvaluationError."""
+        """Refuse an unknown function, and a function call without arguments or with named ones. Raises EvaluationError.
+
+        `known` is true if the caller knows the function, although it is not one of FUNCTIONS.
+        """
         name = node.function.text
         if name not in FUNCTIONS and name not in SPECIAL and not known:
             raise self._unknown_function_error(node)

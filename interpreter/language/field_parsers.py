@@ -6,6 +6,7 @@ given.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -248,7 +249,7 @@ FORMS: Mapping[str, Read] = {
 }
 
 
-# ------------------------------------------------------------------ together
+# ------------------------------------------------------------------ checks of whole calls
 
 
 def create_object(
@@ -270,8 +271,11 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
         told = " or ".join(f"`{name}`" for name in names)
         if not given:
             fields = [f for name in names if (f := constructor.field(name)) is not None]
-            meanings = "; ".join(f.meaning + binder.unit_hint(f) for f in fields)
-            binder.place.fail("E351", node.function.span, f"`{constructor.name}` needs {told}", "incomplete", meanings)
+            each = (f"`{f.name}`, {re.split('[;,]', f.doc)[0]}{binder.unit_hint(f)}" for f in fields)
+            meanings = f"give one of them: {'; or '.join(each)}"
+            binder.place.fail(
+                "E351", node.function.span, f"`{constructor.name}` needs either {told}", "one is missing", meanings
+            )
         elif len(given) > 1:
             value, place = bound[given[-1]]
             problem = f"`{constructor.name}` takes {told}, not both"
@@ -281,7 +285,10 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
 
 
 def default_selection(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound]) -> dict[str, Any]:
-    """Return the default selection of a support on a rigid body, which has no parts to select; else nothing."""
+    """Return the field `where` with its default for a support on a rigid body, which has no parts to select.
+
+    For any other call the result is empty.
+    """
     given = bound.get("body")
     if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
         return {}

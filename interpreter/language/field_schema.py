@@ -109,7 +109,7 @@ class Field:
     @property
     def meaning(self) -> str:
         """Name and meaning of the field, for messages."""
-        joint = " is" if re.match(r"(the|whether|how|which|where|what|[A-Z]\S*) ", self.doc) else ":"
+        joint = " is" if re.match(r"(the|whether|how|which|where|what|[A-Z]\S*'s) ", self.doc) else ":"
         return f"`{self.name}`{joint} {self.doc}"
 
 

@@ -33,22 +33,27 @@ class Values:
     none: Bools
 
     def combined(self, other: Values, low: Floats, high: Floats) -> Values:
-        """Return `low` and `high` as bounds of a function of this and another value, undefined where either is."""
+        """Return bounds `low` and `high` (n,) of a function of two values; it is undefined where one of them is."""
         return _make_bounds(low, high, self.may | other.may, self.none | other.none)
 
     def without(self, may: Bools, none: Bools, low: Floats, high: Floats) -> Values:
-        """Return `low` and `high` as bounds of a function of this value that is undefined at more places."""
+        """Return bounds `low` and `high` (n,) of a function that is undefined also outside its domain.
+
+        The mask `may` (n,) is true where the value may lie outside the domain, `none` (n,) where it lies outside
+        everywhere in
+        the box.
+        """
         return _make_bounds(low, high, self.may | may | none, self.none | none)
 
     @property
     def zero(self) -> Bools:
-        """Mask of the boxes in which the value is zero or undefined everywhere (n,)."""
+        """Mask (n,) of the boxes in which the value is zero everywhere or undefined everywhere."""
         found: Bools = self.none | ((self.low == 0.0) & (self.high == 0.0) & ~self.may)
         return found
 
     @property
     def sound(self) -> Bools:
-        """Mask of the boxes in which the value is defined and nonzero everywhere (n,)."""
+        """Mask (n,) of the boxes in which the value is defined and nonzero everywhere."""
         found: Bools = ~self.may & ((self.low > 0.0) | (self.high < 0.0))
         return found
 

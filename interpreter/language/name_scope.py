@@ -34,7 +34,10 @@ class Scope:
 
     @contextmanager
     def record_dependencies(self, full: str) -> Iterator[None]:
-        """Record the names used inside the `with` block as direct dependencies of a full name."""
+        """Record the names used inside the `with` block as direct dependencies of a name.
+
+        `full` is that name with the prefix of its scene, as in `tissue.liver`.
+        """
         outer, self._mentioned = self._mentioned, set()
         try:
             yield
@@ -43,14 +46,15 @@ class Scope:
             self._mentioned = outer
 
     def use(self, full: str) -> None:
-        """Record that something refers to a full name."""
+        """Record that something refers to a name, given with its prefix, as in `tissue.liver`."""
         self.used.add(full)
         self._mentioned.add(full)
 
     def same(self, full: str) -> bool:
         """Return whether a name means the same as in the earlier compilation.
 
-        Neither the name nor any of its dependencies may have changed.
+        Neither the name nor any of its dependencies may have changed. If it is the same, its dependencies are recorded
+        again.
         """
         if self.known is None or full in self._affected_names:
             return False

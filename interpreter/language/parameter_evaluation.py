@@ -49,7 +49,10 @@ class _Order:
     circular: set[str] = field(default_factory=set)
 
     def run(self) -> list[str]:
-        """Return the full names of all parameters, each after its dependencies; report circular dependencies."""
+        """Return the names of all parameters with their prefixes, each after its dependencies.
+
+        Circular dependencies are reported.
+        """
         done: dict[str, None] = {}
         for name, symbol in self.scope.table.symbols.items():
             if isinstance(symbol.node, tree.Param) and name not in done and name not in self.scope.parameters:
@@ -60,7 +63,7 @@ class _Order:
         path, entered = (
             [(start, self._find_dependencies(start))],
             {start},
-        )  # a dictionary would be slow to find its last key
+        )  # a list, because a dictionary would be slow to find its last key
         while path:
             last, needs = path[-1]
             need = next(needs, None)

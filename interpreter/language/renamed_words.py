@@ -26,12 +26,14 @@ CONSTRUCTORS = {
     "strain_energy_norm": "energy_norm_error", "course_norm": "trajectory_error", "realtime": "realtime_factor",
     "stability": "robustness",
 }  # fmt: skip
-FIELDS = {"course": "amplitude"}  # of every constructor that has the new one
+FIELDS = {"course": "amplitude"}  # old: new name of a field, for every constructor that has the new one
 FIELDS_OF = {
     "fem": {"cap": "max_iterations", "finer": "refine_factor", "towards": "refine_at", "start": "initial_guess",
             "linear_cap": "max_linear_iterations"},
 }  # fmt: skip
-ALIASES = {"energy_norm": "relative_l2_error"}  # other names of a constructor that stay: this one is of the 2008 paper
+ALIASES = {
+    "energy_norm": "relative_l2_error"
+}  # second names of constructors that stay valid: this one is used by the 2008 paper
 
 
 def find_renamed_field(constructor: str, name: str) -> str | None:

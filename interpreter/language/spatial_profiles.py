@@ -59,7 +59,10 @@ class Profile:
         return tuple(dict.fromkeys(node.value for node in self.root.walk() if node.do == "field"))
 
     def values(self, X: Any, read: Reading | None) -> Any:
-        """Return the values (n,) at points X (n, 3), m; NaN where the expression is undefined."""
+        """Return the values (n,) at points X (n, 3), m; NaN where the expression is undefined.
+
+        `read` returns the values of a data field at points; it may be None for an expression without data fields.
+        """
         import numpy as np
 
         X = np.asarray(X, dtype=np.float64)

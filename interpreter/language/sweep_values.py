@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SweepTarget:
-    """Parameter or field that a sweep varies, given by its full name, for a field `declared.field`."""
+    """Parameter or field that a sweep varies.
+
+    `name` is its name with the prefix of its scene, for a field `declared.field`.
+    """
 
     name: str
     span: Span = field(compare=False, repr=False)

@@ -200,7 +200,7 @@ def constructor_offers(here: CursorContext, kind: str) -> Iterator[CompletionOff
     """Yield the constructors of a kind."""
     known = {
         of: name for name, of in find_declared_names(here.document).items() if name != here.own
-    }  # the last of each kind
+    }  # last declared name of each kind
     vocabulary = here.document.vocabulary
     for name in vocabulary.get(kind, {}):
         if (c := vocabulary.constructor(kind, name)) is not None:

@@ -54,7 +54,10 @@ def highlights(document: Document, params: types.DocumentHighlightParams) -> lis
 def find_all_uses(
     opened: OpenDocuments, uri: str, target: Target, declared: bool = True
 ) -> Iterator[tuple[str, types.Range]]:
-    """Yield all uses of a name, each once; for open files, those in the open texts."""
+    """Yield the URI and range of each use of a name, each once; for open files, the uses in the open texts.
+
+    The declaration itself is included if `declared` is true.
+    """
     document, seen = opened.documents[uri], set()
     known = {d.file.resolve() for d in opened.documents.values() if d.file}
     for own, its in ((uri, document), *_find_using_scenes(opened, uri, target)):

@@ -100,7 +100,7 @@ def _is_si_unit(unit: tree.Unit | None) -> bool:
         return True
 
 
-# ------------------------------------------------------------------ what was measured
+# ------------------------------------------------------------------ measured values
 
 
 def _result_hints(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:

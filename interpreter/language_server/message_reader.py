@@ -15,7 +15,9 @@ from typing import Any, BinaryIO
 MALFORMED = "$/malformed"
 LARGEST = 64 << 20  # bytes of a message: a scene has 1 MB at most, and JSON may take six letters for one
 LINE = 8192  # bytes of a line of a header
-LENGTH = re.compile(rb"content-length:[ \t]*(\S*)\s*$", re.IGNORECASE)  # also behind a body of no announced length
+LENGTH = re.compile(
+    rb"content-length:[ \t]*(\S*)\s*$", re.IGNORECASE
+)  # searched for, since a header may follow a body of unannounced length
 PIECE = 1 << 16  # bytes of a message that is passed over, at a time
 PARSE_ERROR, INVALID_REQUEST = -32700, -32600  # JSON-RPC 2.0, section 5.1
 
@@ -41,7 +43,7 @@ def _read_message_length(incoming: BinaryIO) -> int | None:
     while line := incoming.readline(LINE):
         if found := LENGTH.search(line):
             digits = found[1]
-            size = int(digits) if digits.isdigit() and len(digits) < 20 else 0  # more is a length of no message
+            size = int(digits) if digits.isdigit() and len(digits) < 20 else 0  # more digits are no length of a message
         elif not line.strip() and size is not None:
             return size
     return None

@@ -116,7 +116,7 @@ class NameResolver:
         return None if node is None or owner is None else Target(ALIAS, name, owner, node.alias_span)
 
     def symbol(self, full: str) -> Target | None:
-        """Return the parameter or declaration with a full name, or None."""
+        """Return the parameter or declaration of a name with its prefix, as in `tissue.liver`, or None."""
         found = self.table.symbols.get(full)
         if found is None:
             return None
@@ -146,7 +146,7 @@ def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
         start, column = end + 1, last + 1
 
 
-# ------------------------------------------------------------------ where names are names, and not words
+# ------------------------------------------------------------------ declared names in expressions
 
 
 def find_mentioned_names(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:

@@ -29,7 +29,7 @@ class OpenDocuments:
         self.documents: dict[str, Document] = {}
         self.checks = CheckScheduler(server, self.documents)
         self.plugins = Plugins(server, plugins, self.checks.do, self._recheck_after_plugins)
-        self._waiting: set[str] = set()  # for plugins
+        self._waiting: set[str] = set()  # URIs of texts that wait for plugins
 
     def open(self, item: types.TextDocumentItem) -> None:
         """Add a text that the editor has opened."""

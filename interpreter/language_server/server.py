@@ -51,7 +51,7 @@ class Feature(NamedTuple):
 
     answer: str
     options: Any = None
-    wide: bool = False  # it gets all open documents, although its parameters name one
+    wide: bool = False  # the function gets all open documents, although its parameters name one
 
 
 FEATURES: dict[str, Feature] = {
@@ -106,7 +106,9 @@ class Protocol(LanguageServerProtocol):
         except JsonRpcException as error:
             if "method" in data and isinstance(data.get("id"), int | str):
                 self._send_response(data["id"], error=error.to_response_error())
-            return JsonRPCNotification(method="$/notRead", jsonrpc=self.VERSION, params=None)  # which nobody answers
+            return JsonRPCNotification(
+                method="$/notRead", jsonrpc=self.VERSION, params=None
+            )  # no handler answers this notification
 
     def handle_message(self, message: Any) -> None:
         """Answer a malformed message of the client with an error, and let pygls handle all others."""
@@ -157,7 +159,11 @@ class Server(LanguageServer):
         self.protocol.set_writer(ClosingWriter(outgoing))
         try:
             asyncio.run(self._handle(read_messages(incoming)))
-        except (BrokenPipeError, KeyboardInterrupt, SystemExit):  # by its `exit`, the exit status is that of `serve`
+        except (
+            BrokenPipeError,
+            KeyboardInterrupt,
+            SystemExit,
+        ):  # raised at the editor's `exit`; `serve` returns the exit status
             pass
         finally:
             self.shutdown()  # type: ignore[no-untyped-call]  # pygls does not annotate it

@@ -1,12 +1,11 @@
 """Metrics: numbers that a scene asks for, such as errors, forces, stresses and computing times.
 
 Each metric has its own file. To add a metric: write a file with a class derived from Metric, and add a line to METRICS.
-The class has fields: most
-metrics have a `probe`, whose points they evaluate, and errors have `against`, the reference. It also has the `unit` of
-its value, `uncertain` (true if an uncertainty of the reference in m bounds the value), and a method `measure(seen) ->
-Measurement`, which raises Undefined, with a reason, if there is no value. A metric that needs only plain arrays derives
-from DisplacementMetric and has `value(X, u, reference)`. Further numbers go into `details`, in SI under keys that end
-in their unit; the docstring of the class names them.
+The class has fields: most metrics have a `probe`, whose points they evaluate, and errors have `against`, the reference.
+It also has the `unit` of its value, `uncertain` (true if an uncertainty of the reference in m bounds the value), and a
+method `measure(seen) -> Measurement`, which raises Undefined, with a reason, if there is no value. A metric that needs
+only plain arrays derives from DisplacementMetric and has `value(X, u, reference)`. Further numbers go into `details`,
+in SI under keys that end in their unit; the docstring of the class names them.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class ContactMetric(ForceMetric):
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
-        """Return the magnitude of the metric, whose value is the first entry of the array `value`."""
+        """Return the magnitude of the first entry of `value`, by which errors are divided."""
         return abs(self._along(value))
 
     def _along(self, value: Floats) -> float:

@@ -98,8 +98,7 @@ class CurveError(CurveMetric):
         """Return bounds of the error of the statistic, by cause.
 
         The causes are straight lines between states, errors `off` (n,) of the values y, and errors `along` (n,) of
-        their
-        positions x. Raises Undefined.
+        their positions x. Raises Undefined.
         """
         if reference is None:
             raise Undefined(f"`{self.against}` is not a curve")
@@ -111,8 +110,7 @@ class CurveError(CurveMetric):
         }
 
     def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
-        """Return a bound of the change of the statistic if the curve y (n,) is replaced by `other` (n,) over the same
-        x.
+        """Return a bound of the change of the statistic if `other` (n,) replaces the curve y (n,) over the same x.
 
         Raises Undefined.
         """
@@ -122,10 +120,8 @@ class CurveError(CurveMetric):
         """Return a bound of the change of the statistic if the curve y (n,) moves by `off` (n,).
 
         `off` is linear between its points. By the triangle inequality the bound is the same statistic of `off`,
-        relative to the
-        reference. For `unexplained`, int e^2 with e = y - r, it is int (2 |e d| + d^2), d being `off`, with int |e d|
-        bounded by
-        the product of both norms. Raises Undefined.
+        relative to the reference. For `unexplained`, int e^2 with e = y - r, it is int (2 |e d| + d^2), d being `off`,
+        with int |e d| bounded by the product of both norms. Raises Undefined.
         """
         if len(x) == 1:
             return float(np.abs(off[0])) / _nonzero_divisor(abs(float(np.interp(x[0], reference.x, reference.y))))
@@ -143,8 +139,7 @@ class CurveError(CurveMetric):
         """Return an estimate of the change of the statistic due to straight lines between states.
 
         It is a third of the change when every second state is left out, because the error falls with the square of the
-        distance
-        between states. Raises Undefined for fewer than three states.
+        distance between states. Raises Undefined for fewer than three states.
         """
         if len(x) < 3:
             raise Undefined("the error of a curve with fewer than three states is not known")

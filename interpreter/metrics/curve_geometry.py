@@ -27,10 +27,8 @@ class Curve:
     """Piecewise linear reference curve: values y (n,) at x (n,), and their uncertainty u (n,), all in SI.
 
     `lost` belongs to a curve with loading and unloading. For two values of x it returns the fraction of the work of
-    loading
-    that unloading does not return, and its uncertainty; None if the curve does not cover this range both ways. `band`
-    holds
-    the lower and the upper limits of y (n,), if they are not symmetric about y.
+    loading that unloading does not return, and its uncertainty; None if the curve does not cover this range both ways.
+    `band` holds the lower and the upper limits of y (n,), if they are not symmetric about y.
     """
 
     x: Floats
@@ -59,8 +57,7 @@ class Overlay:
     """A curve and its reference at the same x (k,), all points at which one of them bends.
 
     It holds the values y (k,) of the curve, and the values r (k,) and uncertainties u (k,) of the reference. `covered`
-    is
-    the fraction of the reference's range that the curve covers.
+    is the fraction of the reference's range that the curve covers.
     """
 
     x: Floats

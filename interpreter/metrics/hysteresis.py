@@ -90,8 +90,7 @@ class Hysteresis(CurveMetric):
         """Return bounds of the error of the lost fraction, by cause.
 
         The causes are straight lines between states, errors `off` (n,) of the values y, and errors `along` (n,) of
-        their
-        positions x. Raises Undefined.
+        their positions x. Raises Undefined.
         """
         loop = curve_geometry.split_loop(course.x, course.y)
         shared = _is_unloading_on_loading_points(course, loop.turn, off, along)
@@ -106,8 +105,7 @@ def _estimate_chord_error(course: MetricCurve, loop: Loop) -> float:
     """Return an estimate of the error due to straight lines between states.
 
     It is a third of the change of the lost fraction when every second state is left out, because the error falls with
-    the
-    square of the distance between states.
+    the square of the distance between states.
     """
     last = len(course.x) - 1
     some = np.unique(
@@ -130,8 +128,7 @@ def _bound_fraction_change(course: MetricCurve, loop: Loop, off: Floats, shared:
 
     If the works of loading W and of unloading U have errors up to w and u, the bound is (u + |U / W| w) / (|W| - w). If
     both branches pass through the same states (`shared`), an error belongs to a state and not to a branch. Then both
-    works
-    have the same error, and the bound is the lost fraction times w / (|W| - w).
+    works have the same error, and the bound is the lost fraction times w / (|W| - w).
     """
     w, u = curve_geometry.split_loop(course.x, off).works
     loading, unloading = loop.works

@@ -52,8 +52,7 @@ class MetricInput:
     """Input of a metric: the results of one model or reference, and the reference data.
 
     X and u are the material points (n, 3) of the metric's probe and their displacements (n, 3), m; they are empty
-    without a
-    probe. A probe of a surface has `triangles` (k, 3) over X; a probe of a volume has `weights` (n,), m^3.
+    without a probe. A probe of a surface has `triangles` (k, 3) over X; a probe of a volume has `weights` (n,), m^3.
     """
 
     owner: str
@@ -90,8 +89,7 @@ class Measurement:
     """Value in the metric's unit, with further numbers (`details`, SI) and the `samples` that it was computed from.
 
     `at_points` (n,) is the error at each point of the probe, m, for pictures. `curve` is the compared curve.
-    `uncertainty`
-    is that of the reference in the metric's own unit, if it depends on the metric.
+    `uncertainty` is that of the reference in the metric's own unit, if it depends on the metric.
     """
 
     value: float

@@ -26,8 +26,7 @@ class Metric:
     """Base class of metrics: numbers computed from the results of a model or reference.
 
     The field `probe`, if a metric has one, names the probe at whose points it is evaluated. The field `against`, if it
-    has
-    one, names the reference or model with which it compares.
+    has one, names the reference or model with which it compares.
     """
 
     last: ClassVar[bool] = False  # true if it evaluates only the last point of its probe
@@ -114,7 +113,7 @@ class ForceMetric(Metric):
 
     @property
     def when(self) -> str:
-        """Reported value over time: `end`, `largest` or `mean`."""
+        """Kind of value that the metric reports over time: `end`, `largest` or `mean`."""
         return str(vars(self).get("over", "end"))
 
     @property
@@ -167,8 +166,7 @@ class ForceMetric(Metric):
         """Return the difference of a solution `rest` from `right`, which is taken as correct, in the metric's unit.
 
         For vectors the difference includes all components, since one component may agree by chance. It is relative if
-        the
-        metric is an error. Raises Undefined.
+        the metric is an error. Raises Undefined.
         """
         far = self.distance(*(self._require_results(known) for known in (rest, right)))
         if self.measured_from is None:
@@ -182,11 +180,14 @@ class ForceMetric(Metric):
         return self.size(self._reported_amount(rest) - self._reported_amount(right))
 
     def extent(self, rest: EquilibriumForces | None) -> float:
-        """Return the factor that converts a relative error to the metric's unit. Raises Undefined."""
+        """Return the factor that converts a relative error to the metric's unit. Raises Undefined.
+
+        It is the magnitude of the quantity, or 1 if the metric is itself a relative error.
+        """
         return self.size(self._available_amount(rest)) if self.measured_from is None else 1.0
 
     def at_points(self, X: Floats) -> ForceMetric:
-        """Return the same metric for the points X (n, 3), m, of its probe, if it has a probe."""
+        """Return the metric evaluated at points X (n, 3), m; metrics without a probe are returned unchanged."""
         return self
 
     def acting(self, rest: EquilibriumForces) -> float:

@@ -81,7 +81,7 @@ def _is_applicable(scene: Scene, metric: Declared, view: View) -> bool:
 
 
 def _is_force_from_theory(scene: Scene, metric: Declared, view: View) -> bool:
-    """Return whether a metric is a force or energy that the theory behind `view` may provide."""
+    """Return whether a metric is a plain force or energy and `view` has the forces of a theory."""
     theory = scene.declared[view.name].kind != "model" and view.at_rest is not None
     return theory and isinstance(metric.thing, ForceMetric) and metric.thing.measured_from is None
 
@@ -172,7 +172,7 @@ def force_history(of: ForceMetric, rest: EquilibriumForces | None) -> MetricCurv
 
 
 def evaluate_number(scene: Scene, thing: ErrorOfValue, view: View) -> MetricNumber:
-    """Return the value of the metric `of`, which `thing` compares with a given value. Raises Undefined."""
+    """Return the value of the metric that a `value_error` metric (`thing`) compares. Raises Undefined."""
     of = scene.declared[thing.of].thing
     return MetricNumber(_evaluate_value(of, view), unit_key(of.unit))
 

@@ -115,8 +115,7 @@ def _find_second_vibration(t: Floats, q: Floats, times: Floats, period: float) -
     """Return the period, s, and the relative strength of the second strongest vibration.
 
     They come from a spectrum with Blackman's window. Raises Undefined if the second vibration is of similar strength,
-    or if
-    the strongest one disagrees with the crossings.
+    or if the strongest one disagrees with the crossings.
     """
     length = float(times[-1] - times[0])
     if length < 3.0 * period:

@@ -1,11 +1,10 @@
 """Sample points of a probe for metrics of stress or strain.
 
 They are integration points for a mean, or candidate points for a largest value. The mean over a line is the integral
-over the line divided by its length. It is computed at Gauss points on pieces of the
-line that end where the material changes and are no longer than half a cell. The mean over a surface is the mean over
-its
-triangles, which are cut where the material changes. At a point on an interface of materials a mean uses the average of
-both sides, and the largest value is taken from both sides.
+over the line divided by its length. It is computed at Gauss points on pieces of the line that end where the material
+changes and are no longer than half a cell. The mean over a surface is the mean over its triangles, which are cut where
+the material changes. At a point on an interface of materials a mean uses the average of both sides, and the largest
+value is taken from both sides.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ class ProbeSamples:
     """Sample points X (n, 3), m, and their weights (n,) in a mean, which add up to 1.
 
     `materials` are the numbers of the materials inside a surface or a volume. At points on its border, only values on
-    the
-    sides of these materials are used.
+    the sides of these materials are used.
     """
 
     X: Floats
@@ -141,8 +139,8 @@ def mean_weights(X: Floats, weights: Floats | None, triangles: Ints | None) -> F
     """Return the weights (n,) of points X (n, 3) in a mean; they add up to 1.
 
     A weight is the volume or the area that a point represents, from `weights` (n,) or `triangles` (k, 3). Without these
-    all
-    weights are equal, except that both ends of evenly spaced points on a straight line count half (trapezoidal rule).
+    all weights are equal, except that both ends of evenly spaced points on a straight line count half (trapezoidal
+    rule).
     """
     if weights is not None:
         told: Floats = weights / weights.sum()

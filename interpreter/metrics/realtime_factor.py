@@ -82,7 +82,7 @@ class RealTimeFactor(Metric):
         runs = len(wall.seconds)
         basis = f"wall clock of {runs} solutions from rest"
         if runs == 1:
-            basis = "wall clock of one solution from rest; repeat the run to see the spread"
+            basis = "wall time of one solution from rest; `--repeat N` shows the spread"
         return self._compare_with_limit(wall.seconds, cpu.seconds if cpu else (), 1.0 / self.rate, "", {"basis": basis})
 
     def _compare_with_limit(

@@ -97,8 +97,7 @@ class SurfaceDistance(DistanceStatistic):
     def _distances_along_normals(
         self, seen: MetricInput, x: Floats, target: SurfaceSearch
     ) -> tuple[Floats, Floats, dict[str, Any]]:
-        """Return signed distances along normals (n,), m, from points x (n, 3), intersections (n, 3) and further
-        details.
+        """Return signed distances (n,), m, of points x (n, 3) along normals, intersections (n, 3) and details.
 
         The distance is inf without an intersection.
         """
@@ -117,8 +116,7 @@ def summarize_relative_distances(d: Floats, X: Floats, u: Floats, foot: Floats) 
     """Return statistics of distances d (n,) divided by the displacements of the points in the measurement.
 
     These are the vectors from X to `foot` (n, 3), the points found on the measured surface, minus the vector of the
-    point
-    that moves least in the model.
+    point that moves least in the model.
     """
     held = int((u**2).sum(axis=1).argmin())
     offset = foot[held] - X[held]

@@ -39,9 +39,8 @@ def side_of_surface(x: Floats, closest: ClosestPoints, target: SurfaceSearch) ->
     """Return 1 for points x (n, 3) outside a surface and -1 for points inside (n,), from their closest points.
 
     The side is the sign of (x - closest) . N, with N the normal of the face. On an edge N is the sum of both face
-    normals,
-    and at a corner the sum of all adjacent face normals, weighted by their angles. Any other normal fails at some
-    corner.
+    normals, and at a corner the sum of all adjacent face normals, weighted by their angles. Any other normal fails at
+    some corner.
     Source: Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
     """
     t, share = closest.triangles, _barycentric_coordinates(closest, target)

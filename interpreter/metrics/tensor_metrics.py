@@ -28,8 +28,7 @@ class TensorMetric(Metric):
     """Base class of metrics of a model's stress or strain at the points of a probe.
 
     Against another model, the value is the difference between both models, point by point, relative to the tensors of
-    the
-    other model.
+    the other model.
     """
 
     probe: str
@@ -43,7 +42,7 @@ class TensorMetric(Metric):
 
     @property
     def made_of(self) -> Part:
-        """Part of the tensor that must agree between adjacent cells for the value to be resolved."""
+        """Part of the tensor that decides whether a stress is resolved: adjacent cells must agree in it."""
         return "strain"
 
     def values(self, tensors: Tensors) -> Floats:
@@ -58,12 +57,9 @@ class TensorMetric(Metric):
         """Return the difference of two fields at sample points in the metric's unit, by the norm of the whole tensor.
 
         The norm is used because one component may agree by chance. The norm of the difference bounds that of every
-        component
-        and principal value (Weyl 1912), and that of von Mises stress with sqrt(3/2). By the triangle inequality the
-        errors of
-        the two fields relative to `right` differ by at most this. On an interface each side is compared with the same
-        side.
-        Raises Undefined.
+        component and principal value (Weyl 1912), and that of von Mises stress with sqrt(3/2). By the triangle
+        inequality the errors of the two fields relative to `right` differ by at most this. On an interface each side is
+        compared with the same side. Raises Undefined.
         """
         sides, theirs = pair_sides(one, other, samples)
         difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
@@ -84,7 +80,7 @@ class TensorMetric(Metric):
     def extent(self, own: Stresses, right: Stresses, samples: ProbeSamples) -> float:
         """Return the factor that converts a relative displacement error to the metric's unit. Raises Undefined.
 
-        It is the norm of the tensors at the samples or, if larger, in the whole body.
+        It is the larger norm of the tensors at the samples and in the whole body, divided by `scale`.
         """
         return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
 

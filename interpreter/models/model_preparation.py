@@ -15,14 +15,17 @@ from softmark.pausing import collection_paused
 
 
 def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Prepared, tuple[float, float]]:
-    """Return a model built for a case, and the wall and CPU time, s, that this took without imports. Raises Fault."""
+    """Return a model built for a case, and the wall and CPU time, s, of building it. Raises Fault.
+
+    The time of importing libraries is not included.
+    """
     with collection_paused():
         model_builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
     wall, cpu = time.perf_counter(), time.process_time()
     prepared = model_builders.build(declared, case, workshop)
     spent = time.perf_counter() - wall, time.process_time() - cpu
-    # a mesh that another model has made costs this one what it cost that one
+    # a mesh made for another model is charged to this model too
     return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])
 
 
@@ -75,5 +78,5 @@ class Measurements(Mapping[str, Any]):
             return None
         try:
             return measurement(self.scene, declared)
-        except Exception:  # whatever is wrong with a file: the model that needs it says so
+        except Exception:  # the model that needs the file reports its error
             return None

@@ -104,10 +104,8 @@ def record_doubts(work: StateRun, names: Iterable[str]) -> None:
     """Record for each model the codes of accuracy warnings that concern it, before it states its errors.
 
     Warnings about shared objects, such as a support, concern all models, whichever of them gave the warning first. A
-    model
-    that stated its error before such a warning states it again. Raises OutdatedResults if the codes differ from those
-    of
-    the earlier run.
+    model that stated its error before such a warning states it again. Raises OutdatedResults if the codes differ from
+    those of the earlier run.
     """
     from softmark.interpreter.verification.accuracy_warnings import accuracy_warning_codes
 

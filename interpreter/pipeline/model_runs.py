@@ -269,9 +269,10 @@ def _compile_kernels(work: StateRun, name: str, prepared: Prepared) -> None:
 
 
 def state_errors(work: StateRun, names: Iterable[str]) -> None:
-    """Let models estimate the errors of their results.
+    """Estimate the errors of models and store them in their results.
 
-    Requested models do so at additional cost. With the option `free`, other models state errors that cost nothing.
+    Models in the option `stated` do so at additional cost. With the option `free`, other models state errors that cost
+    nothing.
     """
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:

@@ -43,7 +43,7 @@ def unfinished_report(works: Sequence[StateRun]) -> Report:
 
 
 def measure_model(works: Sequence[StateRun], name: str) -> None:
-    """Evaluate and draw one solved model as at the end of the run, while other models are still to be solved."""
+    """Evaluate the metrics of one solved model and draw its surface, while other models are still to be solved."""
     for work in works:
         _evaluate_and_draw(work, partial=False, coloured=work is works[-1], only=name)
 
@@ -63,9 +63,9 @@ def finished_report(works: Sequence[StateRun]) -> Report:
 def _evaluate_and_draw(work: StateRun, partial: bool, coloured: bool = False, only: str = "") -> None:
     """Evaluate metrics and draw surfaces of the results in one state.
 
-    An unfinished report (`partial`) gets only those of new results, and `only` selects one model. If `coloured`,
-    surfaces
-    have the stress and contact fields that the scene asks for; a page shows only those of the last state.
+    For an unfinished report (`partial`) only metrics of new results are evaluated, and no surfaces are drawn. `only`
+    selects one model. If `coloured`, surfaces have the stress and contact fields that the scene asks for; a page shows
+    only those of the last state.
     """
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:

@@ -43,7 +43,7 @@ class CheckedScene:
 class RunOptions:
     """Options of a run: selected models, number of timed repetitions, and callbacks.
 
-    Callbacks receive progress, warnings and unfinished reports.
+    The callbacks receive progress messages, warnings and unfinished reports.
     """
 
     only: tuple[str, ...] = ()

@@ -26,9 +26,8 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
     """Return the report of a scene, given as a text or as a checked scene.
 
     After each solved model the callback `options.keep` gets an unfinished report. Saved results of a `keeper` are
-    reused,
-    and new ones are saved with it. Raises SceneError before solving if the scene has errors or cannot be built, and
-    OutdatedResults if reused results do not agree with computed ones.
+    reused, and new ones are saved with it. Raises SceneError before solving if the scene has errors or cannot be built,
+    and OutdatedResults if reused results do not agree with computed ones.
     """
     sound = given if isinstance(given, CheckedScene) else check_text(given, options)  # grammar, language, validation
     options.begin(sound.scene)

@@ -89,8 +89,7 @@ class StateRun:
         """Store warnings for the report, and show those that no earlier state gave.
 
         Warnings in `here` are shown with the name of their state. With `once`, warnings that another model has already
-        given
-        are left out.
+        given are left out.
         """
         self.told.setdefault(self.about, []).append(WarningGroup(tuple(found), tuple(here), once))
         found = [d for d in found if d not in self.warnings] if once else found

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WarningGroup:
-    """Warnings that one call of `StateRun.warn` stored, with its arguments."""
+    """Warnings stored by one call of `StateRun.warn`; `found`, `here` and `once` are the arguments of the call."""
 
     found: tuple[Diagnostic, ...] = ()
     here: tuple[Diagnostic, ...] = ()

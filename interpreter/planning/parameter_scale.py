@@ -50,13 +50,13 @@ def round_to_six_digits(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-# ------------------------------------------------------------------ multiplied
+# ------------------------------------------------------------------ logarithmic scales
 
 
 def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> ParameterScale | None:
     """Return a logarithmic scale from the nominal value to a limit of the same sign, with at least three rungs.
 
-    None if the two are equal.
+    The result is None if the two are equal.
     """
     span = abs(math.log10(limit / nominal))
     if span < 1e-6:
@@ -74,11 +74,14 @@ def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t
     return limit if t >= span else round_to_six_digits(nominal * 10 ** (sign * t)) if t > 0 else nominal
 
 
-# ------------------------------------------------------------------ the gap to one half
+# ------------------------------------------------------------------ Poisson's ratio
 
 
 def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> ParameterScale | None:
-    """Return a scale of Poisson's ratio nu by decades of 0.5 - nu, up to 0.5 itself if the limit allows it."""
+    """Return a scale of Poisson's ratio nu by decades of 0.5 - nu, from its nominal value up to a limit.
+
+    It includes 0.5 itself if the limit allows it. The result is None if the nominal value is at the limit.
+    """
     gap, least = INCOMPRESSIBLE - nominal, INCOMPRESSIBLE - limit
     floor = max(least, SMALLEST_GAP)
     if gap <= floor * 1.001:
@@ -100,13 +103,16 @@ def _poisson_ratio_at(gap: float, limit: float, exact: bool, span: float, t: flo
     return round(INCOMPRESSIBLE - float(f"{gap * 10**-t:.3g}"), 13) if t > 0 else INCOMPRESSIBLE - gap
 
 
-# ------------------------------------------------------------------ towards an end
+# ------------------------------------------------------------------ linear scales
 
 
 def linear_ladder(
     nominal: float, limit: float, direction: Direction, stops: tuple[float, ...] = ()
 ) -> ParameterScale | None:
-    """Return a linear scale from the nominal value to the end of a range, or through the given `stops`."""
+    """Return a linear scale from the nominal value to the end of a range, or through the given `stops`.
+
+    The result is None if the two are equal.
+    """
     if limit == nominal:
         return None
     inner = [s for s in stops if min(nominal, limit) < s < max(nominal, limit)]
@@ -134,7 +140,7 @@ def _decade_value(limit: float, t: float) -> float:
 
 
 def doubling_ladder(nominal: int, limit: int, direction: Direction) -> ParameterScale | None:
-    """Return a scale of a whole number by doubling or halving up to its limit."""
+    """Return a scale of a whole number by doubling or halving up to its limit; None if the two are equal."""
     if limit == nominal:
         return None
     span = abs(math.log2(limit / nominal))

@@ -17,7 +17,7 @@ from softmark.records import dataclass
 
 Until = Literal["failure", "inaccuracy"]
 ANSWERS = ("right", "inaccurate", "silent")
-COSTLY = ("unjudged", "timed_out")  # no edges of a model: the reference fails, or the time limit
+COSTLY = ("unjudged", "timed_out")  # not the model's fault, so no edge: no reference, or no time
 BLIND = 3  # consecutive points without a true value after which a walk gives up
 
 
@@ -30,7 +30,7 @@ class PointClass:
 
     @classmethod
     def of(cls, word: str, status: str | None = None) -> PointClass:
-        """Return the outcome of class `word`.
+        """Return the outcome of a point with class `word`.
 
         If the reference has no answer (`unjudged`), the model's `status` decides whether the model has one.
         """
@@ -42,25 +42,29 @@ class PointClass:
 
 @dataclass(frozen=True)
 class Edge:
-    """Edges that a walk has found, as positions t of its scale; t = 0 is the unchanged scene."""
+    """Edges that a walk has found, as positions t of its scale; t = 0 is the unchanged scene.
+
+    One edge is between `last_right` and `first_wrong`, another between `last_answer` and `first_silence`, the first
+    position without an answer. `word` is the class beyond the first edge, and `reached` the farthest position.
+    """
 
     last_right: float | None
     first_wrong: float | None
-    word: str | None  # the class beyond
+    word: str | None  # class of the results beyond the edge
     last_answer: float | None
     first_silence: float | None  # the first t without an answer
-    first_blind: float | None  # the first t beyond what is right that cannot be judged
-    reached: float
+    first_blind: float | None  # the first unjudged t beyond `last_right`
+    reached: float  # the farthest t
 
 
 @dataclass(frozen=True)
 class WalkSummary:
-    """Summary of a walk: numbers of judged and unjudged points, and the nearest right position t."""
+    """Summary of a walk: class of the unchanged scene, nearest right position, and numbers of points."""
 
-    here: str  # the class of the scene as it is
+    here: str  # class of the unchanged scene
     first_right: float | None  # the position nearest to the scene at which the model is right
     judged: int  # points of the walk that were judged
-    blind: int  # points this side of the farthest that is right that were not
+    blind: int  # unjudged points before the farthest right one
 
 
 @dataclass

@@ -20,7 +20,7 @@ from softmark.records import dataclass
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.published_values import GivenValues
 
-TOLD = CurveFromFile | GivenValues  # valid only for the unchanged body, unless closed forms
+TOLD = CurveFromFile | GivenValues  # given data: valid only for the unchanged body, unless a closed form
 NUMERICAL = {  # fields that are numerical settings, not part of the problem
     "analysis": ("step", "tolerance", "max_iterations"),
     "contact": ("distance", "stiffness", "parts", "reach"),
@@ -48,7 +48,7 @@ class ResolvedStudy:
 
 
 def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> ResolvedStudy:
-    """Return a robustness study with all defaults filled in; without a `study`, one over every number of the scene.
+    """Return a robustness study with all defaults filled in; by default one over all numbers of the scene.
 
     `only` restricts the models. The scene must have no errors in its studies.
     """
@@ -132,7 +132,7 @@ def _studied_models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> t
     return tuple(found)
 
 
-# ------------------------------------------------------------------ what is wrong
+# ------------------------------------------------------------------ errors
 
 
 def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
@@ -160,8 +160,11 @@ def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     help = f"declare one: `metric eta = relative_l2_error(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
     errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
-    lacks = "has none" if not errors else f"has none that can: {_reason_metric_cannot_judge(scene, next(iter(errors)))}"
-    message = f"`{name}` needs a relative error to decide whether a model is right, but the scene {lacks}"
+    lacks = "the scene has none"
+    if errors:
+        first = next(iter(errors))
+        lacks = f"`{first}` cannot decide it: {_reason_metric_cannot_judge(scene, first)}"
+    message = f"`{name}` needs a relative error to decide whether a model is right, but {lacks}"
     source, span = (at.source, at.span) if at else (None, None)
     return Diagnostic("E513", message, source, span, "no relative error" if at else "", help)
 
@@ -170,19 +173,17 @@ def _reason_metric_cannot_judge(scene: Scene, name: str) -> str:
     """Return the reason why a metric cannot judge models."""
     thing = scene.declared[name].thing
     against = thing.measured_from
-    what, why = "cannot decide", "it has no reference"
     if thing.unit != "1":
-        why = f"it is in {thing.unit}, not a relative error"
-    elif against is not None:
-        what = "cannot decide"
-        why = f"the uncertainty of `{against}` is known for its displacements, not for this metric"
-        if isinstance(thing, DerivedMetric):
-            known = scene.declared[against].thing.kind
-            how = "agreed on" if known == "consensus" else "measured"
-            why = f"`{against}` was {how} for this body, and does not hold for other values"
-            if known == "theory":
-                why = "it is relative to the uncertainty of the value, not to the value itself"
-    return f"`{name}` {what} whether a model is right: {why}"
+        return f"it is in {thing.unit}, not a relative error"
+    if against is None:
+        return "it has no reference"
+    if not isinstance(thing, DerivedMetric):
+        return f"the uncertainty of `{against}` is known for its displacements, not for this metric"
+    known = scene.declared[against].thing.kind
+    if known == "theory":
+        return "it is relative to the uncertainty of the value, not to the value itself"
+    how = "agreed on" if known == "consensus" else "measured"
+    return f"`{against}` was {how} for this body and is not valid for varied parameters"
 
 
 def _find_metric_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
@@ -194,7 +195,8 @@ def _find_metric_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
             yield no_judge_error(scene, study.at(), study.name)
     elif name not in usable:
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge_error(scene, None, study.name).help
-        yield diagnostic("E513", study.at("metric"), _reason_metric_cannot_judge(scene, name), "cannot judge", help)
+        problem = f"`{name}` cannot decide whether a model is right: {_reason_metric_cannot_judge(scene, name)}"
+        yield diagnostic("E513", study.at("metric"), problem, "cannot judge", help)
 
 
 def _target_error(

@@ -1,8 +1,6 @@
-"""Quantities that a robustness study can vary: numbers, whole numbers, scaled vectors and choices.
+"""Quantities that a robustness study can vary: numbers, whole numbers, scaled vectors and choices, with their ranges.
 
-Their ranges are defined here, too.
-
-To change the range of a field: a line in SPANS.
+To change the range of a field, edit its line in SPANS.
 """
 
 from __future__ import annotations
@@ -94,7 +92,7 @@ class WalkedQuantity(JsonRecord):
         return f"{self.name}={self.written(value)}"
 
     def entries(self) -> Mapping[str, object]:
-        """Entries of the quantity in the JSON file of a study."""
+        """Return the JSON entries of the quantity in the record of a study."""
         nominal = None if isinstance(self.nominal, str) else self.nominal
         return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
                 "limits": self.limits or None, "options": self.options}  # fmt: skip
@@ -166,7 +164,7 @@ def _has_attribute(declared: Declared, attribute: str) -> bool:
     return given and declared.value(attribute) is not None
 
 
-# ------------------------------------------------------------------ by form
+# ------------------------------------------------------------------ kinds of quantities
 
 
 def _choice_quantity(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:

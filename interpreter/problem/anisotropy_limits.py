@@ -43,7 +43,11 @@ def has_directed_material(case: Case) -> bool:
 
 
 def materials(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of relaxing laws with fibres, of missing directions, and of muscle that cannot be made active."""
+    """Yield errors of materials with fibre directions in a scene.
+
+    They are viscoelastic laws with fibres, laws without the directions that they need, and muscle whose passive law
+    cannot be made active.
+    """
     for declared in scene.of_kind("material").values():
         thing = declared.thing
         if not is_directed(thing):

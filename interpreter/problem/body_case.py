@@ -36,14 +36,18 @@ def fault(code: str, at: Location, message: str, label: str = "", help: str | Re
 
 @dataclass(frozen=True)
 class Touch:
-    """Contact of a body with a rigid body, and the supports or loads that move the rigid body, in scene order."""
+    """Contact of a body with a rigid body, and the supports and loads of the rigid body, in scene order.
+
+    `along` is the direction, 0 to 2, in which loads may press the rigid body in statics, or None. `force_travel`, m, is
+    how far they have pressed it.
+    """
 
     declared: Declared
     rigid: Declared
     moved: tuple[Declared, ...]
-    loads: tuple[Declared, ...] = ()  # of one that is free
-    along: int | None = None  # x, y or z, by number: the way that loads may press it at rest
-    force_travel: float = 0.0  # m, how far they have pressed it
+    loads: tuple[Declared, ...] = ()  # loads on a rigid body that is free to move
+    along: int | None = None  # direction (0 to 2) in which loads may press it in statics
+    force_travel: float = 0.0  # m, travel that the loads cause
 
     @property
     def name(self) -> str:
@@ -74,18 +78,18 @@ class Case:
     supports: tuple[Declared, ...]
     loads: tuple[Declared, ...]
     analysis: Static | Dynamic | Quasistatic
-    other_material: Any = None  # that a model takes instead of the body's
+    other_material: Any = None  # material of a model that replaces the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
-    groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
-    beds: tuple[Declared, ...] = ()  # springs and plates: supports that hold nothing where it is
-    contacts: tuple[Touch, ...] = ()  # rigid bodies that it must not pass
-    pairs: tuple[Declared, ...] = ()  # contacts with itself, and what is glued together
-    drains: tuple[Declared, ...] = ()  # where fluid goes through its surface: supports that hold no point of it
-    wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
+    groups: tuple[Declared, ...] = ()  # regions defined by named groups of a mesh file
+    beds: tuple[Declared, ...] = ()  # elastic foundations and rigid plates: supports that fix no point
+    contacts: tuple[Touch, ...] = ()  # contacts with rigid bodies
+    pairs: tuple[Declared, ...] = ()  # self-contacts and ties
+    drains: tuple[Declared, ...] = ()  # supports that prescribe a pore pressure; they fix no point
+    wide: bool = False  # True: supports hold all partly selected cells and facets (error estimate)
     leaning: tuple[int, int] = (
         0,
         0,
-    )  # a part by its number and 1 or -1: cells that its border passes are all, or none, its
+    )  # number of a region and 1 or -1: it gets all cells at its border, or none (error estimate)
 
     @property
     def shape(self) -> Shape:
@@ -229,7 +233,7 @@ def _build_case(scene: Scene, body: str) -> Case:
     analyses = list(scene.of_kind("analysis").values())
     regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
-        regions = []  # parts of the body's own material are parts in name only
+        regions = []  # regions of the body's own material only name a selection
     acting, touching = scene.acting("support", body), scene.acting("contact", body)
     beds = tuple(s for s in acting if isinstance(s.thing, ElasticFoundationSupport | RigidPlate))
     drains = tuple(s for s in acting if isinstance(s.thing, Drain))
@@ -273,7 +277,7 @@ def is_force_driven(scene: Scene, body: Declared) -> bool:
 def free_directions(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
     """Return the free directions (0 to 2) of a rigid body.
 
-    Directions are taken away by its supports, and by the plane or axis of the other body if that is plane.
+    The other directions are held by its supports, or by the plane or axis of the plane body that it touches.
     """
     held = {2} if body.thing.planar else set[int]()
     held |= {0} if body.thing.planar == "axisymmetric" else set()
@@ -306,7 +310,7 @@ def case_for(scene: Scene, worker: Declared) -> Case:
     case = case_of(scene, body_of(scene, worker))
     if other is None:
         return case
-    key = Case, case.body.name, id(other)  # which lives as long as the case that is kept
+    key = Case, case.body.name, id(other)  # the cached case keeps this object alive, so its id stays unique
     if key not in scene.known:
         scene.known[key] = replace(case, other_material=other)
     found: Case = scene.known[key]

@@ -78,7 +78,7 @@ class Rectangular:
     def taken(self, condition: Condition, axis: int) -> set[int]:
         """Return the faces normal to an axis that a condition selects wholly: 0 is the low one, 1 the high one.
 
-        The rules are those of `ends_of`.
+        The result is empty if the condition selects a part of a face, or anything else.
         """
         x, y, z = (self.size(a) for a in range(3))
         return ends_of(condition, BoxAlongAxis((x, y, z), self.low, axis))

@@ -22,34 +22,37 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 Cuts = tuple[Cut, ...]
-Place = Mapping[str, float]  # a point in a shape's own coordinates
+Place = Mapping[str, float]  # point, by the coordinates of the shape
 
-RAYS = (0.137, 0.382, 0.618, 0.871)  # relative to the other coordinates' spans: where a border is looked for
-STEPS = 9  # values of each other coordinate at which a selection is looked at, beside those of cuts
-ASIDE = 1e-6  # relative to a span: how far to each side of a border
+RAYS = (0.137, 0.382, 0.618, 0.871)  # fractions of the other coordinates' spans at which rays search for a border
+STEPS = 9  # values of each other coordinate at which a selection is evaluated, in addition to cuts
+ASIDE = 1e-6  # relative to a span: distance of samples on both sides of a border
 ANGLES = ("turn", "tilt")  # coordinates on which no mesh is cut
-NARROW = 1e-4  # relative to a span: an interval that may hold one crossing is halved to that, and then bisected
-REACH = 0.5  # relative to a span: how far from where cells are finer they have their size again
-MOST = 32  # intervals that may hold a crossing: with more, the border is no such surface; and cuts of one condition
+NARROW = 1e-4  # relative to a span: intervals are halved to this length before a crossing is bisected
+REACH = 0.5  # relative to a span: distance from a cut at which cells have their full size
+MOST = 32  # largest number of intervals with a crossing (a border with more is no coordinate surface), and of cuts
 
 
 def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
-    """Return the cuts that the supports and regions of a case need in meshes of its shape; none for a mesh file."""
+    """Return the positions (cuts) at which meshes need nodes to follow the supports and regions of a case.
+
+    `shape` is by default the shape of the body. There are none for a mesh file.
+    """
     shape = shape or case.shape
     asking = (*case.supports, *case.parts)
     return tuple(dict.fromkeys(cut for own in asking for cut in cuts_for(own.thing.where, shape)))
 
 
 def cuts_for(where: Condition, shape: Shape) -> Cuts:
-    """Return the cuts that a condition needs in meshes of a shape; none for a mesh file."""
+    """Return the positions (cuts) at which meshes of a shape need nodes to follow a condition; none for a mesh file."""
     return tuple(_ConditionInShape(shape, where).cuts()) if shape.spans and not where.groups else ()
 
 
 def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
-    """Return the cuts at the borders of a condition, around which cells of a mesh are smaller by the factor `finer`.
+    """Return positions at the borders of a condition around which cells of a mesh are smaller by the factor `finer`.
 
-    Only borders on which a coordinate is constant and the ends of the body count. Cells grow to their full size over a
-    part of the body's extent. Meshes of a filled surface are refined where the condition holds.
+    A border is used if a coordinate of the shape is constant on it, inside the body or at its ends. Cells grow to their
+    full size over a part of the body's extent. Meshes of a filled surface are refined where the condition holds.
     """
     if where.groups or not (shape.gradable or shape.enclosed):
         return ()
@@ -87,7 +90,7 @@ class _ConditionInShape:
         chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
         return found + [chord for chord in chords if chord is not None and self._changes_across_chord(chord, where)]
 
-    # -------------------------------------------------------------- where a border lies
+    # -------------------------------------------------------------- positions of borders
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
         """Yield the name of each coordinate that is constant on a border, and its value there, m, inside the body."""
@@ -108,7 +111,10 @@ class _ConditionInShape:
                     yield axis, t
 
     def _scattered_coordinates(self, share: float) -> Place:
-        """Return values of all coordinates at a scattered place; a ray along one coordinate keeps the others."""
+        """Return values of all coordinates of the shape at a place that depends irregularly on `share`.
+
+        A ray along one coordinate has the values of the others.
+        """
         return {
             n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())
         }
@@ -140,7 +146,7 @@ class _ConditionInShape:
                 found.append(_bisect(lambda t: border.at(*at(t)) > 0.0, a, b))
         return [] if pending else sorted(t for t in found if low + slack < t < high - slack)
 
-    # -------------------------------------------------------------- whether it matters
+    # -------------------------------------------------------------- changes of the selection
 
     def _holds(self, place: Place) -> bool:
         x, y, z = self.shape.place(**place)

@@ -103,7 +103,7 @@ class Face:
         return min(sides, default=math.inf)
 
 
-# ------------------------------------------------------------------ from the scene
+# ------------------------------------------------------------------ contact and supports of the scene
 
 
 def face_of(case: Case) -> tuple[Touch, Face]:
@@ -239,7 +239,7 @@ def _indentation_problem(case: Case) -> Indentation:
     friction = float(touch.thing.friction)
     at = first if friction else add_multiples(first, (1.0, slid))
     if not touch.thing.where.holds(*at, case.shape.diagonal):
-        raise NotApplicable(f"`{touch.name}` excludes the pressed place", "select the whole face")
+        raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
     material = case.material
     nu = float(material.poisson)
     return Indentation(
@@ -296,7 +296,7 @@ def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, flo
     return down, math.hypot(*add_multiples(total, (-down, n)))
 
 
-# ------------------------------------------------------------------ what they say
+# ------------------------------------------------------------------ results of the theories
 
 
 @dataclass(frozen=True)

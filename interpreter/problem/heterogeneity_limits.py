@@ -76,7 +76,7 @@ def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Faul
     shown = units.format_value(value, profile.dimension) if math.isfinite(value) else "not a number"
     limits = "a number" if profile.limits is None else profile.limits.words(profile.dimension)
     return fault(
-        "E327", profile.at, f"`{profile.name}` must be {limits} everywhere in `{case.body.name}`",
+        "E327", profile.at, f"everywhere in `{case.body.name}`, `{profile.name}` must be {limits}",
         f"it is {shown} at {where}",
         f"bound it, as in `{profile.name} = max(..., ...)`; coordinates are those before deformation",
     )  # fmt: skip

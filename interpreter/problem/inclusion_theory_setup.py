@@ -151,7 +151,7 @@ def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: fl
     return bool(where.holds(*_point_at(centre, radius, PLANE[0]), extent))
 
 
-# ------------------------------------------------------------------ what holds and pulls it
+# ------------------------------------------------------------------ supports and loads
 
 
 def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
@@ -211,7 +211,7 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
     return x, y, x if case.depth else z  # across the axis of a body of revolution it pulls all around
 
 
-# ------------------------------------------------------------------ what theory says of stress
+# ------------------------------------------------------------------ stress field
 
 
 def size_effect_note(core: RoundCore) -> str:

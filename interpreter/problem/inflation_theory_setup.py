@@ -15,7 +15,7 @@ from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.references.rubber_inflation import BlownBall
 from softmark.references.straight_cantilever import NotApplicable
 
-PRESSED = "one `pressure(...)` on the whole hollow, and no other load"
+PRESSED = "one `pressure(...)` on the whole inner surface, and no other load"
 
 
 def ball_of(case: Case) -> BlownBall:
@@ -38,5 +38,5 @@ def ball_of(case: Case) -> BlownBall:
         or not holds_at_radius(action.where, centre, inner, extent)
         or holds_at_radius(action.where, centre, outer, extent)
     ):
-        raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole hollow", f"use {PRESSED}")
+        raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole inner surface", f"use {PRESSED}")
     return BlownBall(inner, outer, rubber_of(case), case.material.poisson, action.pressure, centre)

@@ -1,6 +1,6 @@
 """Conditions with named groups of a mesh file, split into conditions on coordinates.
 
-There is one for each combination of groups. Conditions without groups stay unchanged.
+There is one condition for each combination of groups. Conditions without groups stay unchanged.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _group_mask(of: str, mesh: Mesh, name: str) -> Mask:
     return found
 
 
-# ------------------------------------------------------------------ what may be wrong with them
+# ------------------------------------------------------------------ checks
 
 
 NAMELESS = (
@@ -128,8 +128,8 @@ def _check_group_kind(region: Declared, mesh: Mesh) -> None:
         what = "node" if own.kind == "nodes" else "face"
         problem = f"{own.foreign} of {count} members of the group `{name}` are not a {what} of a solid cell"
         help = (
-            "use faces of the mesh itself, between the same nodes: halves of the faces of hexahedra, and shells "
-            "next to the body, are not"
+            "write a group of faces of the mesh's own cells: shell elements and halves of hexahedron faces do not "
+            "match these faces"
         )
         raise fault("E326", at, problem, own.described, help)
     if own.inside:
@@ -141,6 +141,6 @@ def _check_group_kind(region: Declared, mesh: Mesh) -> None:
 def group_of_points_fault(declared: Declared) -> Fault:
     """Return the Fault for a group condition in a declaration that selects points."""
     names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
-    problem = f"`{declared.name}` consists of points, and a point cannot be assigned to {names}"
+    problem = f"`{declared.name}` has single points, which {names} cannot select"
     help = "use a `surface` or a `volume`, or select by coordinates"
-    return fault("E325", declared.at("where"), problem, "a group of cells or faces", help)
+    return fault("E325", declared.at("where"), problem, "selects cells or faces", help)

@@ -238,7 +238,7 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
     return found
 
 
-# ------------------------------------------------------------------ what holds and loads it
+# ------------------------------------------------------------------ supports and loads
 
 
 def _held_ends_and_sides(
@@ -325,9 +325,11 @@ def _require_equal_contraction(piled: BlockPile, joints: tuple[Joint, ...], soli
             continue
         alike = all(roots[i][c] == roots[i + 1][c] for c in piled.across)
         if solids[i] != solids[i + 1] or not alike:
-            how = f"has friction of {friction:g}" if friction else "glues"
+            how = f"has friction of {friction:g}" if friction else "is a tied contact"
             remedy = ALIKE + (", or remove `friction`" if friction else ", or let them touch: `self_contact(...)`")
-            raise NotApplicable(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
+            raise NotApplicable(
+                f"`{pair.name}` {how} between blocks whose sections contract by different amounts", remedy
+            )
 
 
 def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
@@ -355,7 +357,7 @@ def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
     return add_multiples(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
-# ------------------------------------------------------------------ what it says
+# ------------------------------------------------------------------ results of the theory
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ def _ends(case: Case, remedy: str) -> Ends:
     drivers += [load for load in case.loads if any(_displacement_or_traction(load))]
     for support in case.supports:
         if not isinstance(at_full_size(support.thing), Holding):
-            raise NotApplicable(f"the support `{support.name}` holds it in another way", remedy)
+            raise NotApplicable(f"the theory does not include the support `{support.name}`", remedy)
     if len(drivers) != 1:
         raise NotApplicable("it is not driven by exactly one load or support", remedy)
     driving = drivers[0]
@@ -173,7 +173,7 @@ def _held_sides(case: Case, body: Rectangular, across: int) -> set[int]:
     return found
 
 
-# ------------------------------------------------------------------ where fluid leaves
+# ------------------------------------------------------------------ drainage
 
 
 def _check_no_fluid_pressure(case: Case) -> None:
@@ -198,7 +198,7 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
     return "held" if found == {ends.held} else "driven"
 
 
-# ------------------------------------------------------------------ what theories are solved for
+# ------------------------------------------------------------------ problems of the theories
 
 
 def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, Ends, Drains]:
@@ -340,7 +340,7 @@ def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
     return 2, body.shape.radius, ends.root, none
 
 
-# ------------------------------------------------------------------ what they say
+# ------------------------------------------------------------------ results of the theories
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
         thing = at_full_size(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
         if not isinstance(thing, Holding):
-            raise NotApplicable(f"the support `{support.name}` holds it in another way", REMEDY)
+            raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if not any(along):
             if thing.moves:
                 raise NotApplicable(f"the support `{support.name}` moves it across its axis", REMEDY)
@@ -116,7 +116,7 @@ def _fixed_point(case: Case, root: Any) -> Any:
 
 
 def driven_by(amplitude: Any, now: float) -> Amplitude:
-    """Return the jumps and slopes of an amplitude up to the time `now`, s."""
+    """Return an amplitude up to the time `now`, s, as jumps and segments with a slope."""
     match amplitude:
         case None:
             return Amplitude([(0.0, 1.0)], [])

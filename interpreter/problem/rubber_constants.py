@@ -15,7 +15,7 @@ OTHER = ("density", "poisson", "bulk", "young", "volumetric")  # fields without 
 
 
 def word_of(material: Any) -> str:
-    """Return the word of a material in scenes; the name of its class if there is none."""
+    """Return the word that makes a material in the scene language; the name of its class if there is none."""
     return next((name for name, cls in MATERIALS.items() if type(material) is cls), type(material).__name__)
 
 

@@ -39,7 +39,7 @@ def bar_of(case: Case) -> StoppedBar:
             "its far face cannot expand or contract laterally", "hold it along its normal only, so that it slides"
         )
     if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
-        raise NotApplicable(f"`{touch.name}` excludes the pressed place", "select the whole face")
+        raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
     young, narrowing = 2.0 * float(material.shear_modulus) * (1.0 + nu), nu
     if case.planar == "plane_strain":
         young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)

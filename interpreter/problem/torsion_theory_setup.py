@@ -48,7 +48,7 @@ def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
     for support in case.supports:
         thing = support.thing
         if not isinstance(thing, Fixed | Rotated) or len(thing.components) < 3:
-            raise NotApplicable(f"the support `{support.name}` holds it in another way", REMEDY)
+            raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if (end := end_of(thing.where, case.prism)) is None:
             raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
         if end in found:

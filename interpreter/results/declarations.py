@@ -28,8 +28,7 @@ class DeclaredNames:
     """Declared names of a scene in the order of its text.
 
     `expected` are the model metrics in the order in which expectations name them; reports show these first, as the
-    purpose
-    of the scene. `down` is the direction of gravity.
+    purpose of the scene. `down` is the direction of gravity.
     """
 
     declared: Mapping[str, DeclaredName] = field(default_factory=dict)

@@ -37,8 +37,7 @@ class JsonRecord:
     """Dataclass whose fields are the entries of a JSON object, in their order.
 
     `READ` has readers for entries that need conversion, `NAMED` the JSON names that differ from field names, and
-    `SELDOM`
-    the fields that are left out if they are None, False or (). A class with another form overrides `entries`.
+    `SELDOM` the fields that are left out if they are None, False or (). A class with another form overrides `entries`.
     """
 
     READ: ClassVar[Mapping[str, Callable[[Any], Any]]] = {}

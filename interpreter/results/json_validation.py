@@ -1,8 +1,7 @@
 """Validation of JSON from a file against the form that its readers expect.
 
 The first mismatch is reported. A form is one or several types, a list with the form of its items, or a dictionary of
-forms by key, with `*` for any
-other key and `!` after required keys. Null is accepted for everything optional.
+forms by key, with `*` for any other key and `!` after required keys. Null is accepted for everything optional.
 """
 
 from __future__ import annotations

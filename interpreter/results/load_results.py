@@ -24,12 +24,10 @@ class Resultant(JsonRecord):
     """Resultant of one load at full size on the undeformed mesh.
 
     It consists of `force`, N, `moment` about the origin, N m, and loaded `area`, m^2. `exact_force` is the force on the
-    exact body, None for a mesh from a file. `exact_moment` is the moment on the exact
-    body, for loads whose points of action are fully known. A line load has its `length`, m. `share` is the selected
-    part of
-    the requested area. `remainder` is the area that may or may not belong to the selection, m^2. `leaning` is the area,
-    m^2,
-    that is selected because flat facets represent a curved surface that no file contains (see `deviation`).
+    exact body, None for a mesh from a file. `exact_moment` is the moment on the exact body, for loads whose points of
+    action are fully known. A line load has its `length`, m. `share` is the selected part of the requested area.
+    `remainder` is the area that may or may not belong to the selection, m^2. `leaning` is the area, m^2, that is
+    selected because flat facets represent a curved surface that no file contains (see `deviation`).
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("exact_moment", "length")

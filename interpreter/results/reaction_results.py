@@ -20,12 +20,9 @@ class Reaction(JsonRecord):
     """Reaction of a support at static equilibrium: force, N, and moment about the origin, N m.
 
     `own_moment` is the moment about `at`, the centre of the supported part, m: in the deformed shape, or in the
-    undeformed
-    shape at small strain. `shared` names the supports that also hold some of that part, and `shared_force` is the
-    reaction
-    there, N. The shared force counts for the support that comes first in the scene, so that the sum over all supports
-    is
-    the reaction of the body.
+    undeformed shape at small strain. `shared` names the supports that also hold some of that part, and `shared_force`
+    is the reaction there, N. The shared force counts for the support that comes first in the scene, so that the sum
+    over all supports is the reaction of the body.
     """
 
     force: Vector
@@ -47,8 +44,8 @@ class SupportResult(JsonRecord):
     """Result of a support in the report: the supported area relative to its selection, and its reaction.
 
     `held` is the fraction of the selected area that the mesh supports; None without a mesh. `beyond` is the area
-    supported
-    outside the selection, as a fraction of the selected area. `reason` is the reason why the reaction is unknown.
+    supported outside the selection, as a fraction of the selected area. `reason` is the reason why the reaction is
+    unknown.
     """
 
     held: float | None
@@ -92,8 +89,7 @@ class Friction(JsonRecord):
 
     `slip` is the largest sliding distance of a node under pressure, m. `sticks` is the fraction of the normal contact
     forces that acts at sticking points. `area` is the undeformed sticking area, m^2. `work` is the heat dissipated in
-    this
-    state only, J.
+    this state only, J.
     """
 
     slip: float
@@ -107,10 +103,8 @@ class ContactResult(JsonRecord):
     """Result of a contact in the report: its numbers, and its force and moment on the deformable body.
 
     `overlap` is the largest penetration depth of facets between their nodes, m; None if unknown. `taken` is the area of
-    the
-    facets that may touch relative to the selected area; None if everything is selected. `beyond` is the contact force
-    over
-    the product of area and largest pressure, if a coarse mesh makes it exceed 1.
+    the facets that may touch relative to the selected area; None if everything is selected. `beyond` is the contact
+    force over the product of area and largest pressure, if a coarse mesh makes it exceed 1.
     """
 
     touch: ContactNumbers
@@ -172,10 +166,8 @@ class EquilibriumForces:
     In a dynamic analysis they are those of the final state, and `followed` holds contact results at earlier times.
 
     The work of a load at full size, J, is None if it depends on the path. `acting` is the largest nodal force of a load
-    or
-    the largest reaction, N; `moved` is the largest nodal displacement, m; `extent` is the size of the body, m. If only
-    the
-    listed reactions are known, `reason` says why.
+    or the largest reaction, N; `moved` is the largest nodal displacement, m; `extent` is the size of the body, m. If
+    only the listed reactions are known, `reason` says why.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)
@@ -192,5 +184,7 @@ class EquilibriumForces:
     followed: ContactHistory | None = None  # of a dynamic analysis
 
     def knows(self, name: str | None) -> bool:
-        """Return whether forces are known for a support or contact or, without a name, for the whole body."""
+        """Return whether the reaction of a support or contact is known or, without a name, the forces on the whole
+        body.
+        """
         return self.reason is None or name in self.reactions

@@ -68,8 +68,7 @@ class ProbeResult:
     """Displacements (n, 3), m, at material points (n, 3), which are given by their undeformed positions, m.
 
     In a dynamic analysis `displacement` is that at the end, and `course` (t, n, 3) that at all `times` (t,), s. A probe
-    of
-    a surface has `triangles` (k, 3) over its points.
+    of a surface has `triangles` (k, 3) over its points.
     """
 
     points: NDArray[np.float64]
@@ -98,14 +97,12 @@ class ProbeResult:
 
 @dataclass(frozen=True)
 class SurfaceField:
-    """Scalar field of stress, strain or contact at the points of a model's drawn surface, requested by a metric.
+    """Scalar field of stress, strain or contact on a model's drawn surface, requested by a metric.
 
-    `values` (n,) in `unit` are those of the last time, or None with the `reason`. `size` is the typical magnitude of
-    the
-    tensor in the body. `apart` is the fraction of points around which cells disagree (W387). `limitless` describes the
-    place of a singularity, where values do not converge (W388). `partly` is true if the field is nonzero only on a part
-    of
-    the surface.
+    `values` (n,) in `unit` are the values at the surface points at the last time, or None with the `reason`. `size` is
+    the typical magnitude of the tensor in the body. `apart` is the fraction of points around which cells disagree
+    (W387). `limitless` describes the place of a singularity, where values do not converge (W388). `partly` is true if
+    the field is nonzero only on a part of the surface.
     """
 
     words: str  # `stress xx, cauchy`
@@ -149,9 +146,8 @@ class DrawnSurface:
 
     `position` (n, 3), m, are the deformed points; `triangles` (k, 3) have normals outward. `frames` (t, n, 3), m, and
     `times` (t,), s, are given if there is a history or several states. `error` (n,), m, is the distance to the
-    reference
-    `measured_from`. `carried` are the stress, strain and contact fields that the scene asks for. `instruments` are the
-    rigid bodies next to the body, at the same times or states, or at rest.
+    reference `measured_from`. `carried` are the stress, strain and contact fields that the scene asks for.
+    `instruments` are the rigid bodies next to the body, at the same times or states, or at rest.
     """
 
     position: NDArray[np.float64]
@@ -197,8 +193,7 @@ class MetricResult:
 
     `details` are further numbers and words (SI). `samples` are the values whose mean is the metric, for a histogram.
     `uncertainty` is that of the reference, in the metric's unit: an error below it only shows agreement. `published`
-    are
-    values of other authors that the scene quotes.
+    are values of other authors that the scene quotes.
     """
 
     value: float | None
@@ -388,8 +383,7 @@ class ExpectationResult:
     """Verdict on an expectation; None, with a reason, if it could not be judged.
 
     `value` is the value of its first operand. It is compared with each of `limits`, in the same unit, by the relation
-    of
-    the same index in `relations`.
+    of the same index in `relations`.
     """
 
     text: str

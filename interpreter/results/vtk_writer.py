@@ -35,10 +35,9 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; return their paths.
 
     Each rigid body next to a deformable one is written as vtu/NAME-BALL.vtu. A result with a history gets one file for
-    each
-    time and NAME.pvd, which ParaView opens as one animation. A result with states gets one file for each solved state,
-    with
-    the value of the state in place of the time. Raises OSError, and UnknownElement for an unknown kind of cell.
+    each time and NAME.pvd, which ParaView opens as one animation. A result with states gets one file for each solved
+    state, with the value of the state in place of the time. Raises OSError, and UnknownElement for an unknown kind of
+    cell.
     """
     target = folder_within(Path(folder), "vtu")
     written: list[Path] = []

@@ -64,7 +64,7 @@ def _find_external_links(path: Path) -> str:
     try:
         h5py: Any = importlib.import_module("h5py")
     except ImportError:
-        return ""  # nobody reads it
+        return ""  # without h5py no reader can open the file
     with h5py.File(path, "r") as file:
         waiting, seen = [file], {file.id.__hash__()}
         while waiting:

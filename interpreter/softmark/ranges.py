@@ -6,7 +6,7 @@ import re
 
 from softmark.records import dataclass
 
-TYPE_CHECKING = False  # as in `typing`: every start of `dsl` comes here
+TYPE_CHECKING = False  # as in `typing`, which every start of `dsl` would otherwise import
 if TYPE_CHECKING:
     from typing import Self
 

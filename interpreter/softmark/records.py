@@ -30,7 +30,7 @@ else:
 
 
 _OWN = {"__init__", "__eq__", "__hash__", "__setattr__", "__delattr__", "__slots__"}
-_GIVEN = object()  # stands for a value that a factory makes
+_GIVEN = object()  # placeholder for a value that a factory makes
 
 
 def _make_frozen_dataclass(cls: type[Any]) -> type[Any]:

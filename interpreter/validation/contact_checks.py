@@ -84,7 +84,10 @@ def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
-    """Check for duplicate contacts, which would share the contact force and each have a friction of its own."""
+    """Yield errors of contacts that repeat an earlier contact.
+
+    The two would share the contact force, and each would have a friction of its own.
+    """
     for i, later in enumerate(contacts):
         for first in contacts[:i]:
             one = later.thing
@@ -199,7 +202,9 @@ def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnost
                                                                "all of it",
                                  "a part of a rigid body", "remove `where`")  # fmt: skip
         elif declared.kind != "support":
-            help = PULLED if declared.kind == "load" else MOVED
+            help = (
+                PULLED if declared.kind == "load" else f"name a deformable body: a rigid body has no {declared.kind}s"
+            )
             yield diagnostic("E655", declared.at("body"), f"`{declared.name}` needs a deformable body, but "
                                                           f"`{body.name}` is rigid",
                              f"unsupported {declared.kind} of a rigid body", help)  # fmt: skip
@@ -235,7 +240,7 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
                     support.at(),
                     f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
                     "conflicting supports",
-                    "keep one support: a rigid body first rotates about one axis, and then its displacements are added",
+                    "keep one of the two supports; a rotation may be combined with displacements, which follow it",
                 )
         before.append(support)
 
@@ -248,4 +253,4 @@ def _find_conflict(one: Fixed | Displaced | Rotated, other: Fixed | Displaced | 
     still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
     if not isinstance(still, Fixed) or isinstance(moving, Fixed):
         return None
-    return "hold and move" if any(turns) or any(moving.imposed[i] for i in still.components) else None
+    return "prescribe the motion of" if any(turns) or any(moving.imposed[i] for i in still.components) else None

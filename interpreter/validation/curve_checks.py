@@ -47,8 +47,8 @@ def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
         yield fault
     elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
         yield diagnostic("E408", reference.at(), f"`{reference.name}` has no uncertainty", "no uncertainty",
-                         "give `uncertainty = 2 %` or an amount, name a column with the uncertainty of each value "
-                         "with `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
+                         "give `uncertainty = 2 %` or an amount; or name the column of uncertainties with "
+                         "`deviation`; or give repeated measurements: `path = [...]` or `y = [...]`")  # fmt: skip
     for field, of in (("x_origin", "x"), ("y_origin", "y"), ("uncertainty", "y")):
         given, due = reference.value(field), reference.value(f"{of}_unit").dimension
         allowed = (due, units.NONE) if field == "uncertainty" else (due,)
@@ -104,11 +104,16 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
             break
 
 
-# ------------------------------------------------------------------ what is compared with it
+# ------------------------------------------------------------------ metrics compared with a curve
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that a metric has a curve over the reference's range, with its dimensions, and unloading for a loop."""
+    """Check one metric that is a curve, alone or compared with a measured curve.
+
+    It must have a curve, of the same dimensions as the measured one and over its range. A hysteresis metric also needs
+    a
+    measured curve with unloading.
+    """
     thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
@@ -164,7 +169,9 @@ def _check_dimensions(
 def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
     """Return the error if a metric has no curve, or None.
 
-    Errors have none, in dynamics those without history, and in statics those without `over`.
+    There is no curve of a metric that is an error. In dynamics there is none of a metric without time history. In
+    statics
+    there is none without the field `over`.
     """
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
@@ -181,13 +188,14 @@ def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: b
                           "no states", "use states that load and unload: `static(states = [25, 50, 75, 100, 75, 50, "
                                        "25] %)`")  # fmt: skip
     if moving and thing.over is not None:
-        return diagnostic("E509", metric.at("over"), f"in a dynamic analysis the curve of `{of.name}` is over time",
-                          "only in a static analysis", "remove `over`")  # fmt: skip
+        return diagnostic("E509", metric.at("over"),
+                          f"in a dynamic analysis the x axis of the curve of `{of.name}` is time",
+                          "only for static analyses", "remove `over`")  # fmt: skip
     if moving and of.thing.followed and not of.thing.in_time:
         return diagnostic(
             "E509",
             metric.at("of"),
-            f"`{of.name}` is one value of all times: the {of.thing.when}",
+            f"`{of.name}` has one value for the whole motion: the {of.thing.when}",
             "one value",
             f"name a metric with a value at each time: `{of.constructor.name}(...)` without `over`",
         )

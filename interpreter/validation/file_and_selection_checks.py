@@ -22,7 +22,12 @@ MOST = 4000  # largest number of cells that are checked
 
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors about mesh files that cannot contain a solid."""
+    """Yield errors about the meshes of models.
+
+    These are files that cannot contain a solid, surfaces that cannot be filled, shapes without a hexahedral mesh, and
+    plane
+    regions that a model cannot use.
+    """
     said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():
         if model.thing.mesh_key() is None:

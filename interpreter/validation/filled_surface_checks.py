@@ -14,7 +14,10 @@ from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 
 def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic, ...]:
-    """Return errors of a model of a body enclosed by a surface; for a public data set only errors of its elements."""
+    """Return errors and warnings about a model whose body is the inside of a closed surface.
+
+    For a surface of a public data set, which is not read here, only the element of the model is checked.
+    """
     found = [check_filled_surface(model, case, shape)]
     if not shape.fault and "data:" not in shape.file:
         try:

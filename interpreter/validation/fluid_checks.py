@@ -17,7 +17,11 @@ REMEDY = "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of outflow through undrained supports, of forces of drained ones, and of pore pressures."""
+    """Yield errors of fluid metrics.
+
+    These are the outflow through a support that does not drain, other metrics of a support that only drains, and a pore
+    pressure without a porous body.
+    """
     for metric in scene.of_kind("metric").values():
         thing: Any = metric.thing
         support = scene.declared.get(metric.value("of") or "")

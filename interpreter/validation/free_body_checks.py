@@ -118,7 +118,12 @@ def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 
 def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """Check that the loads of a free rigid body in statics are known, along one direction only, without moments."""
+    """Check a free rigid body in a static analysis.
+
+    It must have no initial motion, no torque and no support that rotates it. It must be free to move along one
+    direction
+    only, and touch one body.
+    """
     thing, name = body.thing, body.name
     if field := _initial_motion_field(thing):
         yield (
@@ -187,9 +192,9 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
         if other.thing.planar in ("plane_strain", "plane_stress"):
             yield (
                 body.at("density"),
-                f"the part of `{name}` whose weight acts on the slice is not known",
-                "weight on a slice",
-                "give the mass of that part: `mass = 4 g`",
+                f"the weight of `{name}` on the slice is unknown: a density gives the weight of the whole body",
+                "whole body or slice?",
+                "give the mass that acts on the slice: `mass = 4 g`",
             )
         elif not isinstance(body.thing.shape, HEAVY):
             yield (

@@ -30,9 +30,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         "W670",
         rubbing[0].at("friction"),
         f"`{rubbing[0].name}` has friction, but all of the load is applied in one step",
-        "slip along a straight line",
-        "apply the load in steps, `static(states = [25, 50, 75, 100] %)`, and compare with twice as many: friction "
-        "depends on the load path",
+        "slip depends on the load path",
+        "apply the load in steps, `static(states = [25, 50, 75, 100] %)`, and compare with twice as many "
+        "states: in one step all points slip along straight lines",
     )
 
 
@@ -51,9 +51,9 @@ def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
                     support.at(),
                     f"`{support.name}` rotates `{body}` by {math.degrees(most):.4g} deg in one state, too far for "
                     f"the friction of `{contact.name}`",
-                    "slip along a straight line",
+                    "slip is straight within a state",
                     "rotate it by at most 15 deg from one state to the next, with `amplitude = per_state` and "
-                    "`static(states = [...])`: in each state points slide along a straight line",
+                    "`static(states = [...])`: from state to state, points slip along straight lines",
                 )
 
 

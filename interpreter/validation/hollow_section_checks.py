@@ -9,19 +9,16 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.problem.body_case import Fault, body_of
 
-OF_WALLS = (
-    "select points of the wall: only the wall of a hollow member has stress and strain, because its axis has "
-    "no material"
-)
+OF_WALLS = "select points of the wall: the axis of a hollow member has no material, and so no stress and strain"
 OF_BEAMS = (
-    "use only beam models, `beam6dof(...)` and `frame6dof(...)`, which locate such a point by its section; for "
-    "other models {instead}: the axis of a hollow member has no material"
+    "the axis of a hollow member has no material: {instead}, or use only the beam models `beam6dof(...)` and "
+    "`frame6dof(...)`, which accept points on the axis"
 )
 INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall", "probe": "select points of the wall"}
 
 
 def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
-    """Return why a load or probe cannot lie on the axis of a hollow body, as a remedy; None if it can.
+    """Return the reason and remedy if a load or probe cannot lie on the axis of a hollow body, or None.
 
     It can lie there if all models of the body are beams, whose sections move and are loaded as wholes, and if no stress
     is requested.

@@ -20,6 +20,7 @@ def check_loads(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
             yield diagnostic("E501", load.at(), f"`{load.name}` is not available in a dynamic analysis",
                              action.in_dynamics, "use `static()` or `quasistatic(...)`")  # fmt: skip
         if action.exclusive and (body, type(action)) in bodies:
-            yield diagnostic("E501", load.at(), f"`{body}` has another load of the kind of `{load.name}`",
-                             "only one is allowed", "remove one: a body rotates about one axis")  # fmt: skip
+            yield diagnostic("E501", load.at(),
+                             f"`{load.name}` is the second load `{load.constructor.name}` of `{body}`",
+                             "only one is allowed", "remove one of the two: a body rotates about one axis")  # fmt: skip
         bodies.add((body, type(action)))

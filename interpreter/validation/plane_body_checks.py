@@ -49,7 +49,11 @@ QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
 def shapes(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of plane regions in solids, and of plane bodies without a plane region."""
+    """Yield errors of shapes that do not fit the kind of their body.
+
+    These are a plane region as the shape of a solid, a plane body whose shape is no plane region, and an axisymmetric
+    region on both sides of its axis.
+    """
     for body in scene.of_kind("body").values():
         if body.thing.planar and not body.thing.shape.flat:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` needs a plane region as its shape",

@@ -104,7 +104,7 @@ def installed_plugins() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class PluginSource:
-    """Text of a plugin, and the way to load it."""
+    """Text of a plugin, with the file or the module from which it is loaded."""
 
     asked: str
     source: Source
@@ -220,7 +220,7 @@ class Entry:
 
     table: str
     word: str
-    value: Any  # a name, or two
+    value: Any  # name of a class; for a model also that of its builder
     node: ast.AST
 
     @property

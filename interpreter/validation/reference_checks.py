@@ -156,7 +156,7 @@ def _tensor_metric_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
         return _Refusal("", message, "not available here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
         return _reference_stress_refusal(scene, metric)
-    return _Refusal("", f"`{metric.name}` needs stress or strain, but no model here computes it: {laws[0]}",
+    return _Refusal("", f"`{metric.name}` needs stress or strain, which no model of the scene has: {laws[0]}",
                     "no model has stress",
                     "add one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
 
@@ -195,7 +195,11 @@ def _full_model(scene: Scene, model: Declared) -> Declared:
 
 
 def _time_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Return the refusal of a metric over time without a dynamic analysis, or a frequency with one, or None."""
+    """Return the refusal of a metric that does not fit the kind of analysis, or None.
+
+    It is a metric over time without a dynamic analysis, a frequency with one, or a frequency under a load that permits
+    none.
+    """
     moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
     if moving and isinstance(metric.thing, Frequency):
         help = "remove the analysis, or measure the motion: `metric swing = period(tip, along = -z)`"
@@ -255,7 +259,7 @@ def _curve_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal
     if known != "curve":
         return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "not a curve",
                         'name a measured curve: `curve("pull.csv", ...)`')  # fmt: skip
-    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a curve", "only a curve",
+    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is a single curve", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
 
 
@@ -265,7 +269,7 @@ def _value_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal
     if known != "value":
         return _Refusal("against", f"`{word}` needs a given value, but `{name}` is {KNOWN[known]}", "no value",
                         'compare with a number: `values(53.4 mm, uncertainty = 0.05 mm, source = "...")`')  # fmt: skip
-    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a value", "only a value",
+    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is a single value", "only a value",
                     f"compare a number with it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
 
 

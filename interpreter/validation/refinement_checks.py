@@ -56,7 +56,7 @@ def methods_of(scene: Scene, reference: Declared) -> list[Method]:
     return [Method(declared, case_for(scene, declared)) for declared in found]
 
 
-# ------------------------------------------------------------------ what speaks against it
+# ------------------------------------------------------------------ errors
 
 
 def check_refinements(scene: Scene) -> Iterator[Diagnostic]:
@@ -149,7 +149,11 @@ def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> 
 def _common_error_diagnostic(
     reference: Declared, declared: Declared, twin: Declared, first: Declared
 ) -> Diagnostic | None:
-    """Return the error if two models have common errors or do not converge to one limit, or None."""
+    """Return the error if two models of a reference cannot check each other, or None.
+
+    The model `twin` has the same element and integration as `declared`, so that both have the same errors. The `first`
+    model has another strain measure or material than `declared`, so that the two converge to different limits.
+    """
     mine, theirs = declared.thing, first.thing
     if twin is not declared:
         both = f"`{twin.name}` and `{declared.name}`"
@@ -182,7 +186,7 @@ def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diag
     return replace(found, source=at.source, span=at.span)
 
 
-# ------------------------------------------------------------------ what makes it of little use
+# ------------------------------------------------------------------ warnings
 
 
 def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
@@ -203,7 +207,7 @@ def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()
 
 
 def _refinement_warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
-    """Yield warnings about meshes that show no convergence order, and about methods with common errors."""
+    """Yield warnings about meshes that show no convergence order, and about models that all lock."""
     methods = methods_of(scene, reference)
     first, sizes = methods[0], reference.thing.sizes.values
     shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)

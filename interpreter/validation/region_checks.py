@@ -68,7 +68,10 @@ def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def check_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of models that use one material for a body of several, also if the model declares it."""
+    """Yield errors of models that do not support the materials of the regions of their body.
+
+    These are models with one material, and models with `mass = uniform` if the regions have different densities.
+    """
     for model in scene.asked("model").values():
         try:
             case = case_for(scene, model)

@@ -23,7 +23,10 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
 
 
 def needed_models(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
-    """Return the requested models, and all models that these or references depend on; () if one is unknown."""
+    """Return the requested models, and all models that these or references depend on.
+
+    The result is () if no model is requested or a requested name is unknown.
+    """
     models = scene.of_kind("model")
     if not only or any(name not in models for name in only):
         return ()

@@ -70,7 +70,9 @@ def _check_selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         body = scene.declared.get(declared.value("body") or "")
         if condition is None or body is None or is_rigid(body) or body.thing.shape.bounds is None:
             continue
-        if declared.kind == "load" and "where" not in declared.fields:  # only a rigid body as a whole
+        if (
+            declared.kind == "load" and "where" not in declared.fields
+        ):  # the default `everywhere` is only for a rigid body
             yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
                              "select a part of its surface by coordinates before deformation")  # fmt: skip
             continue
@@ -174,7 +176,7 @@ def _check_mesh_node_probes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                              "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
 
 
-# ------------------------------------------------------------------ what hangs together
+# ------------------------------------------------------------------ checks of several declarations
 
 
 def _check_bodies_of_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -214,7 +216,7 @@ def _check_supports(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check for bodies that are solved although nothing deforms them and no frequency is requested."""
     if any(_has_error(contact, found) for contact in scene.of_kind("contact").values()):
-        return  # their effect is not known
+        return  # the effect of contacts with errors is not known
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _deforms_without_loads(case))
@@ -404,7 +406,8 @@ def _check_amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
                              f"`{support.name}` and `{first.name}` have different amplitudes",
-                             "differs from the first", "give all supports that move the same `amplitude`")  # fmt: skip
+                             "differs from the first",
+                             "give the same `amplitude` to all supports that move")  # fmt: skip
     yield from check_amplitude_resolution(scene)
 
 

@@ -25,7 +25,7 @@ from softmark.references.tracked_points import TrackedPoints
 SHORTEST = 0.5  # least relative length of fibres that `active_strain` accepts
 MOST = 1000  # largest number of states of an analysis
 STEPS = 100_000  # largest number of steps of a quasistatic analysis
-BEYOND = 1e-9  # relative to its duration: what is as near to its end is at its end
+BEYOND = 1e-9  # relative to the duration: times this close to the end count as the end
 SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
@@ -43,7 +43,10 @@ def state_of_largest_load(scene: Scene) -> Scene:
 
 
 def _state_factor(scene: Scene, state: float) -> float:
-    """Return the factor of loads in a state; if states are times, the largest amplitude value up to the time."""
+    """Return the factor of the loads in a state, for the search of the largest loads.
+
+    If states are times, it is the largest absolute amplitude at that time.
+    """
     if not isinstance(state, Moment):
         return abs(state)
     moved = (d.thing.amplitude for d in find_time_dependent(scene))
@@ -65,9 +68,10 @@ def _driven_by_state(scene: Scene) -> list[Declared]:
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors and warnings about states; without states, of amplitudes and references that need them.
+    """Yield errors and warnings about the states of the analysis.
 
-    A scene with several analyses, itself an error, is skipped: states of one do not belong to another.
+    Without states, amplitudes and references that need states are reported. A scene with several analyses, itself an
+    error, is skipped: states of one do not belong to another.
     """
     if len(scene.of_kind("analysis")) > 1:
         return
@@ -189,7 +193,7 @@ def _table_error(scene: Scene, duration: float) -> Diagnostic | None:
 def _check_hysteresis_metrics(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check that hysteresis metrics have states of loading and unloading; dynamic analyses are refused with curves."""
     if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _has_times(scene):
-        return  # in time a curve turns where it does
+        return  # over time a curve may load and unload without states
     for metric in scene.of_kind("metric").values():
         if metric.thing.of_all_states and (wrong := _loop_error(metric, states)) is not None:
             yield wrong
@@ -229,7 +233,7 @@ def _state_count_error(reference: Declared, count: int) -> Diagnostic | None:
 def _is_single_measurement(reference: Declared) -> bool:
     many = isinstance(
         reference.thing, CurveFromFile | GivenValues
-    )  # what was measured all along, or says of what it is
+    )  # curves cover all states, and given values name their state
     return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 

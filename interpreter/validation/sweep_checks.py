@@ -118,7 +118,7 @@ def _check_sweep_user(
         return
     sweep = scene.declared[study.thing.over]
     values = tried.get(sweep.name)
-    if values is None:  # of another file
+    if values is None:  # sweep of another scene file
         values = [_compile_with_value(scene, sweep.thing, v) for v in _pick_values(sweep.thing.over, 20)]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:

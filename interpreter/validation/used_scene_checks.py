@@ -20,7 +20,7 @@ VERBS = {
     "load": "applies no",
     "contact": "detects no",
     "metric": "evaluates no",
-}  # of models and references it solves none
+}  # by default `solves no`, for models and references
 
 
 def metric_faults(scene: Scene) -> Iterator[Diagnostic]:

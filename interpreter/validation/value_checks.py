@@ -158,11 +158,15 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
-# ------------------------------------------------------------------ what is held against them
+# ------------------------------------------------------------------ metrics compared with them
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that a metric has no reference of its own, that dimensions agree, and that no value is zero."""
+    """Check one metric that compares another metric, `of`, with a given value.
+
+    The metric `of` must be neither an error nor a curve, the dimensions must agree, and a relative difference needs a
+    nonzero divisor.
+    """
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
     if not isinstance(reference.thing, GivenValues):
@@ -198,10 +202,12 @@ def _check_divisor(metric: Declared, reference: Declared) -> Iterator[Diagnostic
     if all(sizes):
         return
     banded = isinstance(reference.thing, Consensus)
-    one = "a value" if by_value else "a band with a side" if banded else "an uncertainty"
+    one = "value" if by_value else "band" if banded else "uncertainty"
+    side = " on one side" if banded and not by_value else ""
     help = "divide by the uncertainty instead: `relative_to = uncertainty`"
     if not by_value:
         help = f"give `{reference.name}` an uncertainty in the unit of its values, or remove `relative_to`"
         help = "give the band a width on both sides, or remove `relative_to`" if banded else help
-    yield diagnostic("E225", metric.at("against"), f"`{reference.name}` has {one} of zero, which cannot be the "
-                                                   "divisor", "zero", help)  # fmt: skip
+    yield diagnostic("E225", metric.at("against"), f"`{metric.name}` would be divided by the {one} of "
+                                                   f"`{reference.name}`, which is zero{side}",
+                     "zero divisor", help)  # fmt: skip

@@ -90,7 +90,7 @@ def _warn_of_unstable_constants(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         if (known := getattr(material, "polyconvexity_violation", None)) is not None:
             field, why = known
-            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "may become unstable",
+            yield diagnostic("W396", at(field), f"the law is not polyconvex: {why}", "may become unstable",
                              "use `neo_hookean_isochoric` or `stable_neo_hookean`, which are always stable; "
                              "instability of the solution is reported (W366)")  # fmt: skip
 
@@ -119,7 +119,7 @@ def _warn_of_idle_dashpots(scene: Scene) -> Iterator[Diagnostic]:
             where = f"in `{analysis.name}`" if analysis else "in a static analysis"
             problem = f"the dashpots of `{bed.name}` have no effect {where}"
             help = "declare `dynamic(...)`, or remove the damping: dashpots act on velocities"
-            yield diagnostic("W370", bed.at("damping"), problem, "for a dynamic analysis", help)
+            yield diagnostic("W370", bed.at("damping"), problem, "needs a dynamic analysis", help)
 
 
 def _warn_of_predetermined_results(scene: Scene) -> Iterator[Diagnostic]:

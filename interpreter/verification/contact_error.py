@@ -51,7 +51,11 @@ def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, 
 
 
 def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
-    """Return half the area of the facets at the edge of contact, m^2; zero if they are not known."""
+    """Return the error of a contact area due to facets at the edge of the contact, in the unit of the metric.
+
+    It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if the
+    facets are not known.
+    """
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
     if not (touch and field and touch.area > 0.0):
@@ -61,7 +65,7 @@ def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
 
 
 def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to contact gaps; empty without contact."""
+    """Return the error part due to contact gaps, as {part name: function of a probe result}; empty without contact."""
     from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, SelfContact)]
@@ -111,7 +115,7 @@ def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTe
 
 
 def tie_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to compliant ties; empty without ties."""
+    """Return the error part due to compliant ties, as {part name: function of a probe result}; empty without ties."""
     from softmark.interpreter.vocabulary.self_contact_words import Tied
 
     beds: Any = getattr(whole.prepared, "beds", {})
@@ -151,7 +155,7 @@ def force_excess(touch: ContactNumbers) -> float | None:
 
 
 def least_error(seen: ProbeResultUnderTest) -> float | None:
-    """Return the least error, in its unit, of an area or pressure that contradicts the contact force, or None.
+    """Return the least error of a contact area or pressure that contradicts the contact force, in its unit, or None.
 
     Raises NoErrorEstimate if the error is larger than the value.
     """

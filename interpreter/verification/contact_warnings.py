@@ -59,7 +59,10 @@ def _selected_area_ratio(case: Case, touch: Touch, mesh: Mesh) -> float | None:
 
 
 def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to partly selected contact facets; empty without any."""
+    """Return the error part due to partly selected contact facets, as {part name: function of a probe result}.
+
+    It is empty if all contact facets are selected wholly.
+    """
     mesh = whole.prepared.mesh
     if mesh is None:
         return {}

@@ -36,7 +36,10 @@ class CurveUnderTest(ProbeResultUnderTest):
         return self._curve_distance(np.zeros_like(self._curve_values(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference that `apart` gives. Raises NoErrorEstimate."""
+        """Return a bound of the change of the metric if another solution replaces this one; equal to `apart`.
+
+        Raises NoErrorEstimate.
+        """
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:
@@ -101,7 +104,10 @@ def static_curve_errors(
 def _error_from_states(
     scene: Scene, thing: CurveMetric, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
-    """Return the stated error of a curve, from the errors in its states and those of the chords between states."""
+    """Return the stated error of a curve over states.
+
+    It follows from the stated errors of its points and the error of straight lines between states.
+    """
     if thing.measured_from is not None and not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
     reference = None if data is None else Curve(data.x, data.y, data.u)

@@ -82,7 +82,7 @@ class ErrorEstimate(SolutionUnderTest):
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         asked = self._parts()
-        last = self.in_time or bool(self.case.contacts or self.case.pairs)  # where it costs as much as a finer space
+        last = self.in_time or bool(self.case.contacts or self.case.pairs)  # costs as much as a finer space
         for name in sorted(asked, key=lambda name: (name == "model") == last):
             part = asked[name]
             try:
@@ -96,7 +96,7 @@ class ErrorEstimate(SolutionUnderTest):
         parts = {name: parts[name] for name in asked}
         known = [v for v in parts.values() if v is not None]
         value = to_plain_json(sum(known)) if len(known) == len(parts) else None
-        reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+        reason = "; ".join(f"{', '.join(names)} error: {why}" for why, names in reasons.items())
         return StatedError(value, seen.unit, parts, reason or None)
 
     def _parts(self) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
@@ -180,9 +180,7 @@ class ErrorEstimate(SolutionUnderTest):
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
         if seen.metric.measured_from is None and (load := unbounded_work(seen.metric, self.case, mesh, seen.size)):
-            raise NoErrorEstimate(
-                f"it is or contains the work of `{load.name}`, which grows with every mesh refinement"
-            )
+            raise NoErrorEstimate(f"it depends on the work of `{load.name}`, which grows with every mesh refinement")
         if load := unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
             raise NoErrorEstimate(
                 f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
@@ -240,9 +238,10 @@ class ErrorEstimate(SolutionUnderTest):
         return displacement_of(self.mesh.mesh, step)
 
     def _time_step_error(self, seen: ProbeResultUnderTest) -> float:
-        """Error due to the time step of a motion, at least the time-step error of the vibrations at the probe.
+        """Return the error due to the time step of a motion, at least that of the vibrations at the probe.
 
-        The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
+        The convergence order is that of the integrator. It is 1 where contacts open and close, since motions are not
+        smooth there.
         """
         analysis: Any = self.case.analysis
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
@@ -254,7 +253,7 @@ class ErrorEstimate(SolutionUnderTest):
         )
 
     def _time_step_error_of_modes(self, seen: ProbeResultUnderTest) -> float:
-        """Error due to the time step in the vibrations at the probe.
+        """Return the error due to the time step in the vibrations at the probe.
 
         It is a lower bound, because solutions with two different steps may agree by chance.
         """
@@ -267,7 +266,7 @@ class ErrorEstimate(SolutionUnderTest):
         return MODAL * (found.relative * seen.size if own is None else own)
 
     def _time_step_error_by_refinement(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
-        """Error due to the time step, from a solution with half the step. Raises NoErrorEstimate.
+        """Return the error due to the time step, from a solution with half the step. Raises NoErrorEstimate.
 
         If that costs too much, solutions with steps two and four times as long are used. With `longer` false, only half
         the step is used.
@@ -306,7 +305,10 @@ class ErrorEstimate(SolutionUnderTest):
 
 
 def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
-    """Return the largest displacement change at the probe, from changes of the nodes (n, 3); None for other metrics."""
+    """Return the largest displacement of a Newton step `step` (n, 3), m, over all nodes, in the unit of the metric.
+
+    The result is None for metrics that do not measure displacements.
+    """
     if not seen.in_displacements or seen.unit == "s":
         return None
     largest = float(np.linalg.norm(step, axis=1).max(initial=0.0))
@@ -316,7 +318,7 @@ def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
     return largest / size if size > 0.0 else None
 
 
-# ------------------------------------------------------------------ of a run
+# ------------------------------------------------------------------ errors of all results of a model
 
 
 def estimate_errors(
@@ -359,7 +361,10 @@ def estimate_errors(
 def _errors_of_given_values(
     scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Return the stated errors of metrics that compare a value with a given one: the value's error, divided alike."""
+    """Return the stated errors of `value_error` metrics, which compare another metric with a given value.
+
+    Such an error is the stated error of the compared metric, divided by the same number as the difference.
+    """
     stated = {}
     for name, metric in scene.of_kind("metric").items():
         thing = metric.thing
@@ -425,7 +430,7 @@ def _requested_results(
 
 
 def _is_about_forces(scene: Scene, metric: Any, view: View) -> bool:
-    """Return whether a metric is about forces that a model's view contains."""
+    """Return whether a metric evaluates forces that are known in the results `view` of a model."""
     if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
         return False
     return metric.body_in(scene) in (None, view.body)

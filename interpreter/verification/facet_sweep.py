@@ -93,7 +93,10 @@ def sample_facets(facets: Ints) -> Iterator[Points]:
 
 @dataclass(frozen=True)
 class FacetSweep:
-    """Condition on facets with nodes `corners` (f, k, 3), m; `out` maps their points onto the body's surface."""
+    """Selection of facets with nodes `corners` (f, k, 3), m, by a condition.
+
+    `out` maps points of the facets onto the body's surface.
+    """
 
     condition: Condition
     corners: Floats
@@ -104,7 +107,7 @@ class FacetSweep:
 
     @cached_property
     def through(self) -> Any:
-        """Mask of the borders that cut each facet (b, f); facets that were not checked are left out."""
+        """Mask of the borders that cut each facet (b, f); it is False for facets that were not checked."""
         return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
 
     @property
@@ -112,9 +115,10 @@ class FacetSweep:
         return solid_forces.is_tensor_product(self.corners.shape[1])
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
-        """Return whole facets (w,), and points on others: facets (p,), local points (p, 2), weights (p,).
+        """Return whole facets (w,), and two tuples about partly selected facets.
 
-        Also where two rules disagreed: facets (v,) and the local area of disagreement (v,).
+        The first tuple has quadrature points: their facets (p,), local coordinates (p, 2) and weights (p,). The second
+        has facets (v,) on which two quadrature rules disagreed, and the local area of disagreement (v,).
         """
         told = self._told()
         open_ = np.flatnonzero(told == 0)
@@ -124,7 +128,7 @@ class FacetSweep:
         whole = np.concatenate([np.flatnonzero(told > 0), open_[inside & ~cut]])
         return np.sort(whole), *self._swept(open_[cut])
 
-    # -------------------------------------------------------------- which facets are cut
+    # -------------------------------------------------------------- facets that borders cut
 
     def _places(self, f: Ints, xi: Floats) -> Any:
         """Return the coordinates x, y, z at local points xi (l, m, 2) of facets f (l,), m."""
@@ -157,7 +161,7 @@ class FacetSweep:
         return told
 
     def _lattice(self, n: int, more: Floats) -> Floats:
-        """Return n by n local points of a facet, including points on its sides, and the points `more`."""
+        """Return n by n local points of a facet, including points on its sides, followed by the points `more`."""
         a, b = (t.ravel() for t in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
         xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
         return np.concatenate([xi, more])
@@ -221,7 +225,10 @@ class FacetSweep:
         return (f, xi, w), (g, left)
 
     def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
-        """Return facets f divided at corners, turning points and border intersections: facet, first and last a."""
+        """Return panels of facets f between corners, turning points and intersections of borders.
+
+        Each panel is given by its facet and its first and last line coordinate a.
+        """
         found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._turning_points_and_crossings(f)]
         facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
@@ -269,9 +276,10 @@ class FacetSweep:
         return found
 
     def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
-        """Return area and moments (n, 3) of selected parts of n strips; strips (p,), points (p, 2), weights (p,).
+        """Return the area and first moments (n, 3) of the selected parts of n panels, and their quadrature points.
 
-        Lines are denser towards both ends, where the length of a chord may grow as a square root.
+        The points are given by their panel (p,), local coordinates (p, 2) and weights (p,). Lines are denser towards
+        both ends, where the length of a chord may grow as a square root.
         """
         x, v = np.polynomial.legendre.leggauss(n)
         t, v = 0.5 * (x + 1.0), 0.5 * v

@@ -185,7 +185,7 @@ def passive_case(case: Case) -> Case:
 
 
 def muscle_forces(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
-    """Return the nodal forces (n, 3), N, of muscle tension, which are counted as loads because they grow with them."""
+    """Return the nodal forces (n, 3), N, of muscle tension, which counts as a load because it grows with the loads."""
     found = np.zeros_like(mesh.points)
     for own, which in split_by_material(case, mesh):
         muscle = own.material

@@ -44,7 +44,10 @@ FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes
 
 @dataclass(frozen=True)
 class FinerState:
-    """Solved state of the finer space: model, mesh, problem, displacements (dofs,), m, and the coarse level."""
+    """Solved state of the finer space: model, mesh, problem and displacements (dofs,), m.
+
+    `coarse` returns the coarse level of the preconditioner.
+    """
 
     model: Fem
     case: Case

@@ -88,7 +88,7 @@ def _failed_solution(solution: Solution, reason: str) -> Solution:
     return Solution("failed", reason, solution.facts, notes=solution.notes)
 
 
-# ------------------------------------------------------------------ numbers
+# ------------------------------------------------------------------ nonfinite numbers
 
 
 def _describe_nonfinite_numbers(solution: Solution) -> str | None:

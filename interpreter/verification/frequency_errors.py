@@ -24,7 +24,7 @@ HARD = 1e4  # bulk over shear modulus above which the volume constraint is not a
 
 @dataclass(frozen=True)
 class FrequencyUnderTest(ProbeResultUnderTest):
-    """Frequency of a mode.
+    """Frequency of one vibration mode, whose error is estimated.
 
     Modes are numbered from the lowest on each mesh, so that crossings cause no jumps.
     """

@@ -19,7 +19,10 @@ STIFFER = 2.0  # factor on the relative volume error
 
 
 def facet_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to flat facets; empty for other meshes or flat sides."""
+    """Return the error part due to flat facets, as {part name: function of a probe result}.
+
+    It is empty for bodies without such facets.
+    """
     shape = whole.case.shape
     if not isinstance(shape, SurfaceBody):
         return {}

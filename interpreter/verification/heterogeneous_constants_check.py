@@ -318,7 +318,7 @@ def cell_to_cube(kind: str, xi: Floats) -> Floats:
 
 
 def heterogeneity_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to constants that vary within cells.
+    """Return the error part due to constants that vary within cells, as {part name: function of a probe result}.
 
     If quadrature errors change every stiffness by at most some fraction, an answer changes by at most that fraction. A
     body may also be softer than its cells, by the bounds of layers in series, or stiffer than cells with pressures

@@ -40,9 +40,10 @@ def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: st
 
 @dataclass(frozen=True)
 class IndependentSolidLoads:
-    """Operations by which a load finds its nodal forces (n, 3), N, and their uncertainty, N, by other formulas.
+    """Operations from which loads compute their nodal forces (n, 3), N, and their uncertainty, N, for verification.
 
-    `u` (n, 3), m, are the displacements of the nodes. All raise NoIndependentFormula.
+    The formulas are independent of the solver. `u` (n, 3), m, are the displacements of the nodes. All methods raise
+    NoIndependentFormula.
     """
 
     case: Case
@@ -77,7 +78,11 @@ class IndependentSolidLoads:
     def area_forces(
         self, where: Condition, push: Callable[[Floats], Floats], linear: bool = False, deformed: bool = False
     ) -> tuple[Floats, float]:
-        """Return the forces on the selected surface from area vectors, of the undeformed or the deformed surface."""
+        """Return the nodal forces of a traction on the selected surface.
+
+        `push` maps area vectors, m^2, to forces, N; `linear` states whether this map is linear. The area vectors are
+        those of the undeformed surface or, with `deformed`, of the deformed one.
+        """
         surface = self.mesh.points + self.u if deformed else self.mesh.points
         return _area_forces(where, linear, self.case, self.mesh.mesh, surface, push)
 

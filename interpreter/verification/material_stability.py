@@ -72,9 +72,9 @@ class UnstableVolume:
     worst: tuple[float, Any, Any] = (-1.0, None, None)
 
     def add(self, part: Mesh, F: Floats, w: Floats, gone: Any) -> None:
-        """Add the unstable ones, by the mask `gone` (k,), of the integration points of some cells.
+        """Add the integration points of some cells at which the law is unstable, by the mask `gone` (k,).
 
-        F (k, 3, 3) are deformation gradients and w (k,) the volumes of the points, m^3.
+        F (k, 3, 3) are the deformation gradients at all points and w (k,) the volumes of the points, m^3.
         """
         self.volume += float(w[gone].sum())
         s = np.linalg.svd(F[gone], compute_uv=False)

@@ -1,4 +1,4 @@
-"""Result of a probe of a model, and its distance from other solutions in the terms of a metric."""
+"""Result of a probe of a model, and its distance from the results of other solutions, in the unit of a metric."""
 
 from __future__ import annotations
 
@@ -266,7 +266,10 @@ class ProbeResultUnderTest:
         return metric.samples(self.place, field)
 
     def _number_from_stresses(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
-        """Return a number computed from this result's stresses and those of the reference, by default its own."""
+        """Return number(own stresses, stresses of the reference), where without a reference both are the own stresses.
+
+        Raises NoErrorEstimate if a stress is unavailable or the number is undefined.
+        """
         from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:

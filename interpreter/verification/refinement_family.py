@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m
 
 LOWEST = 0.5  # observed order below which nothing is extrapolated
-ABOVE = 0.5  # the same, above the order of the element
-FIRST = 1.0  # order that a part of the error may have which hides behind a faster one of the opposite sign
+ABOVE = 0.5  # amount above the order of the element up to which an observed order counts as asymptotic
+FIRST = 1.0  # least order of an error part that a larger part of the opposite sign may hide
 TRIFLE = 1e-6  # relative to the largest change: a smaller one has no order
 NEIGHBOURHOODS = 64  # of the body, in which an order is observed
 ALIGNED = 0.5  # cosine between successive changes of the field, below which they do not point to one limit
@@ -68,7 +68,10 @@ class ConvergedReference:
 
 @dataclass(frozen=True)
 class SamplePoints:
-    """Points X (n, 3), m, at which fields are compared; the first `len(weights)` of them have a volume, m^3, each."""
+    """Points X (n, 3), m, at which fields are compared, and the volumes that the first points represent.
+
+    `weights` (k,), m^3, are the volumes of the first k points; the other points have none.
+    """
 
     X: Floats
     weights: Floats
@@ -88,7 +91,7 @@ def largest_norm(u: Floats) -> float:
     return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
 
-# ------------------------------------------------------------------ the numbers
+# ------------------------------------------------------------------ extrapolation
 
 
 @dataclass(frozen=True)
@@ -202,7 +205,7 @@ def combine_limits(limits: Sequence[Limit], where: SamplePoints) -> tuple[Limit,
     return limits[best], error
 
 
-# ------------------------------------------------------------------ the solutions
+# ------------------------------------------------------------------ solutions
 
 
 @dataclass(frozen=True)

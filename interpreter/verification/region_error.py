@@ -28,7 +28,10 @@ STIFFER = 2.5  # factor on the relative volume error
 
 
 def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to regions; empty if meshes follow their borders."""
+    """Return the error part due to material regions, as {part name: function of a probe result}.
+
+    It is empty if the meshes follow the borders of the regions.
+    """
     from softmark.interpreter.models.shared.region_cells import region_errors
 
     found = region_errors(whole.case, whole.prepared)
@@ -38,7 +41,11 @@ def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest]
 
 
 def _region_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest, left: float, way: tuple[int, int]) -> float:
-    """Return the shift of a result if all cells at a border have one material; at most the effect of missed volume."""
+    """Return the shift of a result if all cells at the border of one region get its material, or none of them.
+
+    `way` is the number of the region and 1 (all cells) or -1 (no cells). The shift is at most the effect of the missed
+    volume; `left` is that volume relative to the smallest adjacent volume. For `way` (0, 0) this effect is returned.
+    """
     most = math.inf if math.isinf(left) else STIFFER * left * seen.size
     if way == (0, 0):
         return most

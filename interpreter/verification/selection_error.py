@@ -37,7 +37,10 @@ def support_facts(case: Case, prepared: Prepared, known: EquilibriumForces) -> d
 
 
 def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return a function for the part of the stated error due to selections; empty if these are held exactly."""
+    """Return the error part due to selections of supports, as {part name: function of a probe result}.
+
+    It is empty if the meshes hold the selections exactly.
+    """
     grips = _support_selections(whole.case, whole.prepared)
     left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)
     left = max(left, *(abs(1.0 - share) for share in _foundation_shares(whole.case, whole.prepared).values()), 0.0)

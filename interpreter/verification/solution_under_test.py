@@ -23,8 +23,8 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
-OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
-LONGER = 0.75  # solutions that are kept for steps of twice and four times the length
+OTHERS = 0.8  # solutions reserved for coarser meshes, if a finer space costs too much, and for other error parts
+LONGER = 0.75  # solutions reserved for time steps of twice and four times the length
 FACTORED = 300_000  # unknowns up to which a tangent is factored
 
 
@@ -60,7 +60,7 @@ class SolutionUnderTest:
 
     @property
     def others(self) -> float:
-        """Number of solutions whose cost is reserved for other parts of the error than that of finer cells."""
+        """Cost reserved for solutions that other error parts than finer cells need, relative to this solution."""
         return OTHERS + (LONGER if self.in_time else 0.0)
 
     @property
@@ -72,7 +72,7 @@ class SolutionUnderTest:
 
     @property
     def solid(self) -> Declared:
-        """Model itself, or the full model of a reduced one."""
+        """Declaration of the model, or of the full model from which it was reduced."""
         of = self.declared.thing.reduces
         return self.declared if of is None else self.scene.declared[of]
 
@@ -154,16 +154,19 @@ class SolutionUnderTest:
 
     @property
     def own(self) -> Case:
-        """Case of the solid, with the material that its model declares if it does."""
+        """Case of the full model, with the material that the model declares, if any."""
         return case_for(self.scene, self.solid)
 
     def sized(self, factor: float, **changes: Any) -> Declared:
-        """Return the declaration of the solid with its cell size times a factor, and with other changes."""
+        """Return the declaration of the full model with its cell size times a factor, and with other changes."""
         size = {} if factor == 1.0 else {"size": self.solid.thing.size * factor}
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
     def on_nodes(self, costs: float = 1.0) -> DeformedMesh:
-        """Return the deformed mesh, for work that `costs` this multiple of the solution. Raises NoErrorEstimate."""
+        """Return the deformed mesh. Raises NoErrorEstimate if it is unknown or the budget is too small.
+
+        The budget must allow work that costs `costs` times as much as the solution.
+        """
         self.budget.must_hold(costs)
         if self.mesh is None:
             raise NoErrorEstimate("the nodal displacements are not known")

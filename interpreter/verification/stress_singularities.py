@@ -196,7 +196,11 @@ def _interface_ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDA
 
 
 def _describe_edge(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
-    """Describe the edge of the supports that hold nodes `rim`: of those that fix them wholly, or else of all."""
+    """Describe as text the edge of the supports that hold the nodes `rim` (k,).
+
+    With `whole` the supports that fix all components are named, otherwise those that fix only some. If there are none,
+    all supports of these nodes are named.
+    """
     there = [s for s in case.supports if select_support(s.thing.where, mesh).nodes[rim].any()]
     some = [s for s in there if (len(s.thing.components) == 3) == whole]
     names = ", ".join(f"`{s.name}`" for s in some or there)

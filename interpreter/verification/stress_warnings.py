@@ -79,14 +79,14 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
             continue
         if load := unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
             line = load.thing.action.length is not None or view.case.planar
-            grows = "with the logarithm of the cell size" if line else "with the inverse of the cell size"
+            grows = "like the logarithm of 1/h" if line else "like 1/h"
             yield diagnostic(
                 "W384",
                 metric.at("probe"),
                 f"`{metric.name}` is evaluated at {place_of(load)}, where the displacement of a solid "
                 "is singular: its value depends on the mesh",
                 "singular displacement",
-                f"the value grows with every mesh refinement, {grows}: evaluate it a cell or more away, "
+                f"with the cell size h, the value grows {grows}: evaluate it a cell or more away, "
                 f"or use a traction on a {'strip' if line else 'patch'}",
             )
 

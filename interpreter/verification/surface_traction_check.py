@@ -67,9 +67,9 @@ class TractionMismatch:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Faces at points (n,) of a surface, at most FACES each, with the known parts of their tractions.
+    """Faces of a body's surface at n points, up to FACES at each point, with the known parts of their tractions.
 
-    `normals` (n, f, 3) are zero where a point has no such face. `tractions` (n, f, 3), Pa, are per undeformed area, and
+    `normals` (n, f, 3) are zero where a point has fewer faces. `tractions` (n, f, 3), Pa, are per undeformed area, and
     `pressures` (n, f), Pa, those of follower loads. `free` (n, f, 3) is a mask of components without support or
     contact.
     """

@@ -51,7 +51,10 @@ def other_units(
 def _probes_off_by_factor(
     own: Mapping[str, ProbeResult], others: Iterable[ModelResult | ReferenceResult]
 ) -> Iterator[tuple[str, str, str]]:
-    """Yield each probe at which another result differs by such a factor, with that result and the factor as text."""
+    """Yield each probe at which another result differs by a power of a thousand.
+
+    Each item is the name of the probe, the name of the other result, and the factor as text.
+    """
     for other in others:
         for name in (n for n in own if n in other.probes):
             mine, theirs = _largest_probe_displacement(own[name]), _largest_probe_displacement(other.probes[name])

@@ -1,4 +1,4 @@
-"""Exception for solutions without independent formulas, whose forces are not verified."""
+"""Exception raised for solutions whose forces cannot be verified, because no independent formula exists."""
 
 from __future__ import annotations
 

@@ -154,8 +154,7 @@ def deviations_between_steps(rows: TableRows, step: float, duration: float) -> I
     """Yield each row time, s, that lies between two time steps, with the error of linear interpolation there.
 
     The error is the difference between the table and the linear interpolation between its values at the time steps,
-    relative
-    to the largest amplitude. Both are piecewise linear, so the largest error is at one of the rows.
+    relative to the largest amplitude. Both are piecewise linear, so the largest error is at one of the rows.
     """
     times, shares, _ = rows
     largest = max(map(abs, shares)) or 1.0

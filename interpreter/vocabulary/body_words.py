@@ -102,7 +102,7 @@ class Planar(HasMaterial):
         return FileSlice(self.region, self.thickness)
 
     def as_it_is(self, material: Any) -> Any:
-        """Return the material law that acts in this body."""
+        """Return the material law that acts in this body: by default the material unchanged."""
         return material
 
 

@@ -1,8 +1,7 @@
 """Rules for fibre directions that vary in space. To add one: a class here and a line in FIBRES.
 
 A rule has a method `at(X, read)`. It returns the fibre directions at undeformed points X (n, 3), m, as vectors (n, 3)
-of
-any length, or a pair of such arrays for fibres and sheets. The argument `read` reads fields from files. The module
+of any length, or a pair of such arrays for fibres and sheets. The argument `read` reads fields from files. The module
 imports numpy only when the method is called. The method raises InvalidDirection where no direction is defined.
 """
 
@@ -53,10 +52,9 @@ class Helix:
         return "" if there else "its inner ellipsoid must be smaller than its outer one, across the axis and along it"
 
     def depth(self, r: Floats, z: Floats) -> Floats:
-        """Return the depth t (n,) in the wall of points at distance r from the axis and height z, m: 0 inside, 1
-        outside.
+        """Return the depth (n,) in the wall of points at distance r from the axis and height z, m.
 
-        The depth is computed by Newton's method.
+        The depth is 0 at the inner and 1 at the outer surface. It is computed by Newton's method.
         """
         import numpy as np
 

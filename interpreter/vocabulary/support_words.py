@@ -73,9 +73,9 @@ class Support:
 
 
 class Holding(Support):
-    """Support that prescribes `components` of the displacement at all points selected by `where`.
+    """Support that prescribes some displacement components at all points selected by `where`.
 
-    The prescribed values are those of its `displacement`.
+    `components` are the prescribed directions, and `displacement` has their values.
     """
 
     where: Any

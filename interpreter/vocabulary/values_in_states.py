@@ -13,8 +13,7 @@ def in_state_of_value(thing: Any, value: float) -> Any:
     """Return a load, support or material as it is in the state with this value.
 
     Without `amplitude = per_state` it is unchanged. If `value` is a time of a quasistatic analysis, the result is
-    scaled by
-    the amplitude at that time, and its `amplitude` (`AtOneTime`) keeps the original at full size.
+    scaled by the amplitude at that time, and its `amplitude` (`AtOneTime`) keeps the original at full size.
     """
     if isinstance(value, Moment):
         full, amplitude = thing, thing.amplitude
@@ -32,7 +31,7 @@ def scale_field(thing: Any, field: str, share: float) -> Any:
 
 
 class HasMaterial:
-    """Base class of bodies and regions with a material; its active stress may follow an amplitude."""
+    """Base class of bodies and regions with a material, whose active stress may follow an amplitude."""
 
     material: Any
 

@@ -72,8 +72,7 @@ def equilibrium(
     """Return a stable equilibrium of a solid without inverted cells.
 
     `tolerance` bounds the out-of-balance force relative to the loads and reactions. Raises NotConverged, with the
-    iteration
-    history. Raises ValueError if the clamps leave a rigid motion free, or leave no node free.
+    iteration history. Raises ValueError if the clamps leave a rigid motion free, or leave no node free.
     """
     fixed, target = merge_clamps(solid, clamps)
     size = solid.points.size
@@ -113,11 +112,9 @@ def march(
     """Return the motion of a solid from its undeformed shape, for `duration`, s, in time steps of `step`, s.
 
     `integrator` is a key of INTEGRATORS. `damping` is the pair a (1/s), b (s) of Rayleigh damping C = a M + b K.
-    `velocity`
-    is the initial velocity, m/s, of all nodes (3,) or of each node (n, 3). `amplitudes` scale the loads in time, one
-    for
-    each load; by default loads act fully from the start. An explicit integrator uses a lumped mass matrix. Raises
-    NotConverged, Diverged, StepTooLong, and ValueError.
+    `velocity` is the initial velocity, m/s, of all nodes (3,) or of each node (n, 3). `amplitudes` scale the loads in
+    time, one for each load; by default loads act fully from the start. An explicit integrator uses a lumped mass
+    matrix. Raises NotConverged, Diverged, StepTooLong, and ValueError.
     """
     if integrator not in INTEGRATORS:
         raise ValueError(f"unknown integrator {integrator!r}; available: {', '.join(INTEGRATORS)}")

@@ -22,16 +22,15 @@ from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for
 from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells, locate_points
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
-Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which are meant (n,)
+Where = Callable[[Floats], NDArray[np.bool_]]  # returns the mask (n,) of the selected points (n, 3), m
 
 
 def material(name: str, **constants: Any) -> Isotropic:
     """Return the material that MATERIALS lists under this name, with the given constants in SI units.
 
     The constants are `young`, `poisson` and `density`, or those that the law itself has. Of alternative constants, such
-    as
-    `poisson` and `bulk`, give one. Lists of constants are tuples. Raises ValueError for an unknown name or constant, a
-    missing constant, and a value out of its range.
+    as `poisson` and `bulk`, give one. Lists of constants are tuples. Raises ValueError for an unknown name or constant,
+    a missing constant, and a value out of its range.
     """
     if name not in MATERIALS:
         raise ValueError(f"unknown material {name!r}; available: {', '.join(MATERIALS)}")
@@ -69,14 +68,11 @@ class Solid:
     """An elastic solid: a mesh with a material and a strain measure.
 
     `strain` is `finite` (the material law for finite strain), `corotational` or `small` (both with the elastic moduli
-    at
-    zero strain). Cells have displacement unknowns only. Linear cells (`tet4`, `hex8`) lock near a Poisson's ratio of
-    0.5
-    and are then too stiff; quadratic cells lock only closer to 0.5. `hex8` with `integration` `selective`, which
-    computes
-    the volume change from the mean gradient of a cell, does not lock. Raises ValueError for an invalid mesh, an unknown
-    strain or integration, and an incompressible material. Raises NoFiniteLaw for a material without a law of finite
-    strain.
+    at zero strain). Cells have displacement unknowns only. Linear cells (`tet4`, `hex8`) lock near a Poisson's ratio of
+    0.5 and are then too stiff; quadratic cells lock only closer to 0.5. `hex8` with `integration` `selective`, which
+    computes the volume change from the mean gradient of a cell, does not lock. Raises ValueError for an invalid mesh,
+    an unknown strain or integration, and an incompressible material. Raises NoFiniteLaw for a material without a law of
+    finite strain.
     """
 
     mesh: Mesh
@@ -115,8 +111,7 @@ class Solid:
         """Return the boundary facets (f, k) all of whose nodes are selected by `where`, with normals outward.
 
         Facets are selected whole, so the mesh should have edges along the border of the selection. Raises ValueError if
-        there
-        is no such facet.
+        there is no such facet.
         """
         facets = self.mesh.facets
         found: Ints = facets[_select_points(where, self.points)[facets].all(axis=1)]
@@ -128,8 +123,7 @@ class Solid:
         """Return nodal values (n, 3) interpolated at points X (p, 3), m, of the undeformed body, shape (p, 3).
 
         Raises ValueError for a point that lies more than `beyond`, m, outside the mesh. Points on a curved surface may
-        lie
-        slightly outside, because the facets are inscribed in it.
+        lie slightly outside, because the facets are inscribed in it.
         """
         place = locate_points(self.mesh, np.array(X, dtype=np.float64).reshape(-1, 3))
         if (farthest := float(place.outside.max(initial=0.0))) > beyond:
@@ -148,7 +142,7 @@ class Solid:
 
     @cached_property
     def elastic(self) -> Elastic:
-        """Material law at all integration points."""
+        """Elastic energy of the solid: the material law at all integration points, in the strain measure `strain`."""
         return Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, law_for(self.material, self.strain))
 
     def energy(self, strain: str) -> Energy:
@@ -157,7 +151,7 @@ class Solid:
         return elastic_energy(self.mesh, self.elastic, self.material, strain, selective)
 
     def mass(self, lumped: bool = False) -> Any:
-        """Return the mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,)."""
+        """Return the mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,) if `lumped`."""
         N, w = mass_points(self.points, self.mesh.cells, self.mesh.element)
         form = lumped_mass if lumped else consistent_mass
         return form(self.mesh.cells, N, w, self.material.density, len(self.points))

@@ -14,7 +14,7 @@ Vector = tuple[float, float, float]
 def gravity(solid: Solid, acceleration: Vector) -> DeadForces:
     """Return the weight of a solid under an acceleration (3,), m/s^2, such as (0, 0, -9.81) on earth.
 
-    Raises ValueError.
+    Raises ValueError if the acceleration is not three finite numbers.
     """
     g = _vector(acceleration, "an acceleration")
     return DeadForces(solid.mass() @ np.tile(g, len(solid.points)))
@@ -23,7 +23,7 @@ def gravity(solid: Solid, acceleration: Vector) -> DeadForces:
 def traction(solid: Solid, stress: Vector, facets: Ints) -> DeadForces:
     """Return the load of a stress vector (3,), Pa, with constant direction, on facets (f, k) from `Solid.facets`.
 
-    It is a force per undeformed area.
+    It is a force per undeformed area. Raises ValueError.
     """
     areas = _areas(solid, facets)
     t = _vector(stress, "a traction")
@@ -31,9 +31,10 @@ def traction(solid: Solid, stress: Vector, facets: Ints) -> DeadForces:
 
 
 def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPressure:
-    """Return the load of a pressure, Pa, on facets (f, k) from `Solid.facets`; a positive pressure pushes inward.
+    """Return the load of a pressure `size`, Pa, on facets (f, k) from `Solid.facets`.
 
-    The pressure stays normal to the deforming surface. With small strain it acts on the undeformed surface.
+    A positive pressure pushes inward. It stays normal to the deforming surface; with small strain it acts on the
+    undeformed surface. Raises ValueError.
     """
     if not np.isfinite(size):
         raise ValueError(f"a pressure must be finite, not {size}")
@@ -53,7 +54,7 @@ def _vector(given: Vector, what: str) -> Floats:
 def _areas(solid: Solid, facets: Ints) -> Floats:
     """Return the area vectors (f, q, 3), m^2, at the q integration points of each facet, times their weights.
 
-    Raises ValueError.
+    Raises ValueError for an array that does not list facets of the mesh.
     """
     facet, facets = solid.mesh.element.facet, np.asarray(facets)
     width = facet.nodes

@@ -14,7 +14,7 @@ from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
 @dataclass(frozen=True)
 class Clamp:
-    """Constrained degrees of freedom (c,) and their prescribed displacements (c,), m."""
+    """Support of a solid: constrained degrees of freedom (c,) and their prescribed displacements (c,), m."""
 
     dofs: Ints
     values: Floats
@@ -23,7 +23,7 @@ class Clamp:
 def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0, 0.0), along: str = "xyz") -> Clamp:
     """Return a support that displaces nodes (k,) by the vector `by`, m, along the axes named in `along`.
 
-    The other axes stay free. Raises ValueError.
+    The displacement along other axes stays free. Raises ValueError.
     """
     nodes, axes = np.asarray(nodes), sorted("xyz".find(a) for a in along)
     if not axes or axes[0] < 0 or len(set(axes)) < len(axes):
@@ -39,9 +39,8 @@ def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0,
 def merge_clamps(solid: Solid, clamps: Sequence[Clamp], free: bool = False) -> tuple[Ints, Floats]:
     """Return the constrained degrees of freedom of all clamps, each listed once, and their displacements, m.
 
-    Raises ValueError if two clamps prescribe different values, if no degree of freedom is left free, or if a rigid
-    motion
-    is left free, unless `free` allows it.
+    Raises ValueError if two clamps prescribe different values, or if no degree of freedom is left free. Raises
+    ValueError also if a rigid motion is left free, unless `free` allows it.
     """
     every = np.concatenate([np.zeros(0, dtype=np.int64), *(c.dofs for c in clamps)])
     values = np.concatenate([np.zeros(0), *(c.values for c in clamps)])

@@ -15,9 +15,9 @@ from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Float
 
 
 class Assembly:
-    """Sum of `internal` energies and of `loads` times a load fraction, over shared degrees of freedom.
+    """Sum of energies over shared degrees of freedom: `internal` energies, and `loads` times a load fraction.
 
-    It returns value, gradient and tangent in the floating-point type `kind`.
+    Its value, gradient and tangent are computed in the floating-point type `kind`.
     """
 
     kind: Any = np.float64
@@ -37,27 +37,27 @@ class Assembly:
         self.dofs = dofs
         self.internal, self.loads = tuple(internal), tuple(loads)
         self.free = free_dofs(dofs, fixed)
-        self.points = points  # (dofs / 3, 3), where unknowns are three displacements of each point
+        self.points = points  # (dofs / 3, 3), m, if unknowns are three displacements of each point
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
         self.saddle = any(e.saddle for e in self.internal)
         self.pattern = build_pattern(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
         self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:
-        """Return an assembly with other internal energies on the same stencils, and the same loads and pattern."""
+        """Return a copy with other internal energies on the same degrees of freedom; loads and pattern are the same."""
         other = copy(self)
         other.internal = tuple(internal)
         return other
 
     def acting(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Return an assembly with other internal energies and loads on the same stencils, and the same pattern."""
+        """Return a copy with other internal energies and loads on the same degrees of freedom, and the same pattern."""
         other = self.with_internal(internal)
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
 
     def joined(self, loads: Sequence[Energy]) -> Assembly:
-        """Return an assembly with other loads, whose stencils may differ but must lie within the sparsity pattern."""
+        """Return a copy with other loads, which may act on other degrees of freedom within the sparsity pattern."""
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
         slots = [*self.pattern.slots]
@@ -69,23 +69,23 @@ class Assembly:
         return other
 
     def modes(self) -> Floats | None:
-        """Return the six rigid-body motions of the free degrees of freedom (n, 6).
+        """Return the six rigid body modes of the f free degrees of freedom, shape (f, 6).
 
-        Return None if the degrees of freedom are not known to be displacements.
+        Return None if the degrees of freedom are not known to be displacements of points.
         """
         from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
         return None if self.points is None else rigid_motions(self.points, self.free)
 
     def _scaled(self, load: float) -> list[tuple[Energy, float]]:
-        """Return all energies with their factors at a load fraction."""
+        """Return pairs of all energies and their factors at a load fraction."""
         return [(e, 1.0) for e in self.internal] + self.loaded(load)
 
     def loaded(self, load: float) -> list[tuple[Energy, float]]:
-        """Return the loads with their factors at a load fraction.
+        """Return pairs of the loads and their factors at a load fraction.
 
-        A load that is `not_proportional` is evaluated at the load fraction itself and has the factor 1; the factor of
-        other loads is the load fraction. The loads of the last load fraction are cached.
+        The factor is the load fraction. A load that is `not_proportional` is instead evaluated at the load fraction and
+        has the factor 1. The result for the last load fraction is cached.
         """
         loads, share, known = self._posed
         if loads is not self.loads or share != load:
@@ -106,7 +106,7 @@ class Assembly:
         return g
 
     def rounding(self, x: Floats) -> float:
-        """Return the norm of the rounding error of the gradient, N."""
+        """Return the norm of the rounding error of the gradient at x, N."""
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
     def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
@@ -125,6 +125,9 @@ class Assembly:
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the largest fraction, at most 1, of an increment d (dofs,) at which no bodies collide."""
+        """Return the largest fraction, at most 1, of an increment d (dofs,) from x that causes no collision.
+
+        Only energies with contact limit it.
+        """
         each = (e for e in (*self.internal, *self.loads) if isinstance(e, DynamicPatternEnergy))
         return min((e.limit(x, d) for e in each), default=1.0)

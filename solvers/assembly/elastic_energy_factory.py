@@ -18,7 +18,7 @@ from softmark.solvers.mesh.mesh import Mesh
 def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False) -> Energy:
     """Return the elastic energy of a material in a strain measure, over the cells and points of `elastic`.
 
-    If `selective`, it is integrated selectively (see `elastic_parts`).
+    If `selective`, the volume part is integrated once per cell (see `elastic_parts`).
     """
     parts = elastic_parts(mesh, elastic, material, strain, selective)
     first, *others = (_with_pressure_prediction(part, material, strain) for part in parts)
@@ -32,7 +32,7 @@ def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: st
 def elastic_parts(
     mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
 ) -> tuple[Elastic, ...]:
-    """Return the elastic energy of a law at all points, or its two parts for selective integration.
+    """Return the elastic energy of a material as one energy, or as two for selective integration.
 
     If `selective`, shear is integrated at all points, and the volume part once per cell with the mean gradient. A law
     that cannot be split is integrated at all points. The volume part is the energy proportional to lambda. At small
@@ -49,7 +49,7 @@ def elastic_parts(
 
 
 def _with_mean_moduli(material: Isotropic, elastic: Elastic) -> Isotropic:
-    """Return the material with constants for one point per cell: the mean moduli if they vary within cells."""
+    """Return the material with one value of each modulus per cell: the mean if it varies within cells."""
     if not material.sampled:
         return material
     from softmark.solvers.materials.heterogeneous import average_moduli
@@ -75,7 +75,7 @@ def energy_at_other_points(elastic: Elastic, mesh: Mesh, at: Integration, law: E
 
 
 def _with_pressure_prediction(part: Elastic, material: Isotropic, strain: str) -> Elastic:
-    """Return an energy that can use predicted pressures, if its law has a volumetric part; otherwise `part` itself."""
+    """Return the energy in a form whose tangent can use predicted pressures; unchanged if it has no volumetric part."""
     laws = parts_for(material, strain) if strain == "finite" else None
     if laws is None or not is_volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part

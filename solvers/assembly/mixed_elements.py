@@ -13,10 +13,11 @@ from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
 def mixed_energy(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
-    """Return the mixed energy of a mesh, whose unknowns are displacements followed by the pressures of its element.
+    """Return the mixed energy of a mesh, whose unknowns are displacements followed by the element's pressures.
 
-    The unit of pressures is the shear modulus `mu`, Pa, divided by the edge length of a mean cell, m, so that the
-    blocks of the matrix are balanced. Raises KeyError for an element without pressures.
+    `split` is the law split into a shape part and a volume constraint. The unit of pressures is the shear modulus `mu`,
+    Pa, divided by the edge length of a mean cell, m, so that the blocks of the matrix are balanced. Raises KeyError for
+    an element without pressures.
     """
     known = build_pressure_space(mesh)
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
@@ -29,7 +30,8 @@ def mixed_energy(mesh: Mesh, parts: Integration, split: Split, mu: float) -> Mix
 def pressure_shapes(mesh: Mesh, parts: Integration) -> Floats:
     """Return the pressure shape functions (m, q, b) at integration points that differ from cell to cell.
 
-    They are linear between corners, and interpolated with the displacement shape functions, as on straight edges.
+    They are 1 for one pressure per cell. Else they are linear between corners, and are interpolated from their values
+    at the nodes with the displacement shape functions.
     """
     if mesh.element.pressures == "cell":
         return np.ones((*parts.w.shape, 1))

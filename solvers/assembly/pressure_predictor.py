@@ -30,15 +30,15 @@ from softmark.solvers.materials.tensor_components import (
 )
 from softmark.solvers.materials.volumetric_constraints import CorotationalDilatation
 
-NEAR = 0.01  # of the volume of a cell: how far apart U' is looked at for U''
+NEAR = 0.01  # relative to the volume: step of the difference quotient of U' for U''
 
 
 @dataclass(frozen=True)
 class MixedPoints(Elastic):
-    """`Elastic` energy whose tangent can use given pressures U' (n = m q,), Pa, at its integration points.
+    """`Elastic` energy whose tangent can use given pressures at its n integration points.
 
-    `volume` is the volumetric part U(det F) of the law, and `expected` are the given pressures. The term U' d(cof F)/dF
-    of the tangent uses them; if they are None, the tangent is that of `Elastic`.
+    `volume` is the volumetric part U(det F) of the law. `expected` (n,), Pa, are the given pressures U'. The term U'
+    d(cof F)/dF of the tangent uses them; if they are None, the tangent is that of `Elastic`.
     Source: the mixed integration point method of Magisano, Leonetti and Garcea (2017), "How to improve efficiency and
     robustness of the Newton method in geometrically non-linear structural problems", here its volumetric part.
     """
@@ -47,7 +47,7 @@ class MixedPoints(Elastic):
     expected: Floats | None = None
 
     def expecting(self, x: Floats, d: Floats) -> MixedPoints:
-        """Return the same energy with the pressures U' + U'' cof F : dF predicted by a step d from x."""
+        """Return the energy with the pressures U' + U'' cof F : dF that a step d from x predicts."""
         f, h = components(self.F(x)), components(self.F(d))
         cof = cofactor(f)
         J = determinant(f, cof)
@@ -55,7 +55,7 @@ class MixedPoints(Elastic):
         return replace(self, expected=self._volumetric_pressure(J) + self._volumetric_stiffness(J) * grown)
 
     def corotated(self, x: Floats) -> MixedPoints:
-        """Return the same energy with the pressures that a corotational law has in x: lam tr(S - I), F = R S."""
+        """Return the energy with the pressures of a corotational law at x: lam tr(S - I), with F = R S."""
         F = self.F(x)
         f = components(F)
         stretched = inner(rotation(f), f) - 3.0
@@ -63,7 +63,7 @@ class MixedPoints(Elastic):
         return replace(self, expected=lam * stretched)
 
     def _volumetric_stiffness(self, J: Floats) -> Floats:
-        """Return J U''(J) (n,), Pa, by differences of U'."""
+        """Return J U''(J) (n,), Pa, at volume ratios J (n,), by differences of U'."""
         return (self._volumetric_pressure((1.0 + NEAR) * J) - self._volumetric_pressure((1.0 - NEAR) * J)) / (
             2.0 * NEAR
         )
@@ -82,7 +82,7 @@ class MixedPoints(Elastic):
         return slope
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent stiffness, N/m; unless it is `projected`, it uses the expected pressures, if any."""
+        """Add the tangent stiffness, N/m; it uses the given pressures, if any, unless it is `projected`."""
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
@@ -103,7 +103,7 @@ class MixedPoints(Elastic):
 
 @dataclass(frozen=True)
 class EnergyWithoutPressure(Energy):
-    """Corotational tetrahedra whose tangent assumes zero pressure: tr(S - I) = 0 in every cell."""
+    """Energy of corotational tetrahedra whose tangent assumes zero pressure: tr(S - I) = 0 in every cell."""
 
     tets: CorotationalTets
 
@@ -136,12 +136,12 @@ class EnergyWithoutPressure(Energy):
 
 
 def with_zero_pressures(assembly: Assembly) -> Assembly:
-    """Return the assembly with zero pressures in its tangent, for states whose pressures are not reliable."""
+    """Return the assembly with a tangent for zero pressures, for states whose pressures are not reliable."""
     return assembly.with_internal([_zero_pressure_energy(e) for e in assembly.internal])
 
 
 def _zero_pressure_energy(energy: Energy) -> Energy:
-    """Return an energy with zero pressures in its tangent."""
+    """Return an energy with a tangent for zero pressures; unchanged if its tangent needs no pressures."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_zero_pressure_energy(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
@@ -154,9 +154,9 @@ def _zero_pressure_energy(energy: Energy) -> Energy:
 
 
 def with_predicted_pressures(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None:
-    """Return the assembly whose tangent uses the pressures predicted by a step d from x.
+    """Return the assembly with a tangent that uses the pressures predicted by a step d from x.
 
-    If d is None, it uses the pressures that a corotational law has in x. Return None if none of the energies can use
+    If d is None, it uses the pressures of a corotational law at x. Return None if no energy of the assembly can use
     predicted pressures.
     """
     if not any(_can_use_pressures(e) for e in assembly.internal):
@@ -185,7 +185,7 @@ def _energy_with_predicted_pressures(energy: Energy, x: Floats, d: Floats | None
 def is_volumetric(law: ElasticLaw) -> bool:
     """Return whether a law depends only on det F.
 
-    The test is zero stress at rest and in a volume-preserving shear.
+    The test is that the stress is zero at rest and in a volume-preserving deformation.
     """
     F = np.eye(3)[None].copy()
     F[0, 0, 1], F[0, 2, 0] = 0.5, -0.3

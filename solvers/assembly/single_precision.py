@@ -22,7 +22,7 @@ GEOMETRY = ("dNdX", "w", "f", "p", "points", "bulk")  # fields that are numbers 
 
 
 def round_to_single(energy: Energy) -> Energy:
-    """Return the same energy with its numbers rounded to single precision."""
+    """Return an energy with its arrays of geometry, loads and moduli rounded to single precision."""
     known: Any = energy
     if isinstance(energy, EnergySum):
         return EnergySum(tuple(round_to_single(part) for part in energy.parts))
@@ -32,12 +32,12 @@ def round_to_single(energy: Energy) -> Energy:
 
 
 def _round_arrays(value: Any) -> Any:
-    """Return a value, such as a law or an array, with all of its arrays rounded to single precision."""
+    """Return an array rounded to single precision; any other value unchanged."""
     return value.astype(np.float32) if isinstance(value, np.ndarray) else value
 
 
 class SingleAssembly(Assembly):
-    """Assembly of energies in single precision, with the sparsity pattern of `whole`, the double-precision assembly."""
+    """Assembly of energies in single precision, with the sparsity pattern of a double-precision assembly, `whole`."""
 
     kind: Any = np.float32
     whole: Assembly
@@ -56,10 +56,10 @@ class SingleAssembly(Assembly):
     def _largest_shape_gradient(self) -> float:
         """Largest gradient of a shape function, 1/m, which converts rounding of displacements to strain."""
         whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, EnergySum) else (e,))]
-        steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
+        steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # springs have none
         return max(steepest, default=0.0)
 
     def rounding(self, x: Floats) -> float:
-        """Return the norm of the rounding error of the gradient, N, from strains and from displacements."""
+        """Return the norm of the rounding error of the gradient at x, N, due to strains and displacements."""
         noise = self.whole.rounding(x)
         return RATIO * noise * (1.0 + float(np.abs(x).max(initial=0.0)) * self._largest_shape_gradient)

@@ -1,7 +1,8 @@
 """Sparsity pattern of a tangent, computed from the stencils of its energies with scipy.
 
-Degrees of freedom that always occur together, such as the three of a node, form one block. This gives nine times fewer
-pairs to look up, and less to sort.
+A stencil is the list of degrees of freedom that one term of an energy couples, such as those of a cell. Degrees of
+freedom that always occur together, such as the three of a node, form one block. This gives nine times fewer pairs to
+look up, and less to sort.
 """
 
 from __future__ import annotations
@@ -20,33 +21,33 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
-PAIRS = 1 << 19  # pairs of blocks whose places are found at a time: they stay in the processor's cache
+PAIRS = 1 << 19  # pairs of blocks processed at once: they fit into the processor's cache
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """CSR structure of the tangent over free degrees of freedom, and the positions of the energies' local entries.
+    """CSR structure of the tangent over free degrees of freedom, and positions of each energy's entries in it.
 
-    `slots` holds, for each energy, the positions (n, k, k) of its entries in the matrix values, -1 for fixed degrees of
-    freedom.
+    `slots` has for each energy the positions (n, k, k) of its local entries in the matrix values; -1 for fixed degrees
+    of freedom.
     """
 
     size: int
-    indptr: Any  # int32, or int64 where there are too many entries
+    indptr: Any  # int32, or int64 if there are too many entries
     indices: Any
-    slots: tuple[Any, ...]  # of the same type, one (n, k, k) per energy, -1 where a row or a column is constrained
+    slots: tuple[Any, ...]  # one array (n, k, k) per energy, -1 if the row or the column is fixed
 
     def matrix(self, data: Floats) -> sparse.csr_matrix:
-        """Return the sparse matrix with the values `data` (nnz,), sharing the pattern."""
-        made = copy(self._empty_matrix)  # scipy looks at all indices whenever it is given them
+        """Return the sparse matrix with the values `data` (nnz,) and this pattern."""
+        made = copy(self._empty_matrix)  # scipy would check all indices of a new matrix
         made.data = data
         return made
 
     def places(self, number: Ints, stencils: Ints) -> Ints:
-        """Return the positions (n, k, k) in the matrix values of the local entries of stencils (n, k).
+        """Return the positions (n, k, k) of the local entries of stencils (n, k) in the matrix values.
 
-        The position is -1 for fixed degrees of freedom; all other entries must be in the pattern. `number` (dofs,) is
-        the row of each degree of freedom, -1 if it is fixed.
+        The position is -1 for fixed degrees of freedom. `number` (dofs,) is the row of each degree of freedom, -1 if it
+        is fixed. Raises ValueError for an entry that is not in the pattern.
         """
         rows = number[stencils]
         wanted = rows[:, :, None] * self.size + rows[:, None, :]
@@ -59,7 +60,7 @@ class Pattern:
 
     @cached_property
     def _entry_keys(self) -> Ints:
-        """Key of each entry (nnz,), its row times the matrix size plus its column, in ascending order."""
+        """Key of each matrix entry (nnz,): its row times the matrix size plus its column, in ascending order."""
         rows = np.repeat(np.arange(self.size), np.diff(self.indptr))
         found: Ints = rows * self.size + self.indices
         return found
@@ -75,12 +76,12 @@ class Pattern:
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Blocks of `width` degrees of freedom: the neighbours of each block, itself included, and its free rows."""
+    """Blocks of degrees of freedom, with the neighbours of each block (itself included) and its free rows."""
 
-    near: sparse.csr_matrix  # (count, count), its values 0, 1, 2, ...
-    number: NDArray[Any]  # (count, width) row of each degree of freedom, -1 where it is held
-    rank: NDArray[Any]  # (count, width) free ones before it in its block
-    before: NDArray[Any]  # (neighbours,) columns of a row of the block that lie before those of the neighbour
+    near: sparse.csr_matrix  # (count, count), neighbours; values number them 0, 1, 2, ...
+    number: NDArray[Any]  # (count, width) row of each degree of freedom, -1 if it is fixed
+    rank: NDArray[Any]  # (count, width) number of free degrees of freedom before it in its block
+    before: NDArray[Any]  # (neighbours,) number of columns of a row before those of this neighbour
 
     @property
     def free(self) -> NDArray[Any]:
@@ -93,10 +94,10 @@ _KNOWN: WeakValueDictionary[bytes, Pattern] = WeakValueDictionary()
 
 
 def build_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
-    """Return the pattern of all stencils over the degrees of freedom that are not `fixed`.
+    """Return the sparsity pattern of all stencils over the degrees of freedom that are not `fixed`.
 
-    Problems that differ only in their loads share one pattern, such as the states of one body. The pattern is most of
-    the memory of a problem.
+    Problems with equal stencils and supports, such as the states of one body, share one pattern, because the pattern
+    takes most of the memory of a problem.
     """
     asked = blake2b(repr((dofs, fixed.shape, [s.shape for s in stencils])).encode())
     for own in (fixed, *stencils):
@@ -108,7 +109,7 @@ def build_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
 
 
 def _compute_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
-    """Compute the pattern of all stencils (see `build_pattern`), without looking for a known one."""
+    """Return the pattern of all stencils as `build_pattern` does, without looking for a shared one."""
     free = free_dofs(dofs, fixed)
     width = 3 if all(_is_in_triples(s) for s in stencils) else 1
     count = -(-dofs // width)
@@ -125,7 +126,7 @@ def _compute_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Patter
 
 
 def free_dofs(dofs: int, fixed: Ints) -> Ints:
-    """Return the degrees of freedom that are not `fixed`."""
+    """Return the numbers of the degrees of freedom that are not `fixed`, out of `dofs`."""
     free = np.ones(dofs, dtype=np.bool_)
     free[fixed] = False
     return np.flatnonzero(free)
@@ -141,7 +142,7 @@ def _is_in_triples(stencil: Ints) -> bool:
 
 
 def _block_neighbours(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
-    """Return the neighbours of each block: blocks that share a stencil with it.
+    """Return the neighbours of each block of degrees of freedom: the blocks that share a stencil with it.
 
     They are the nonzeros of B^T B, where B is the incidence matrix (stencils, blocks). `members` are the blocks of each
     stencil, and `number` (blocks, width) the rows of their degrees of freedom, -1 if fixed.
@@ -180,7 +181,7 @@ def _csr_structure(blocks: _Blocks) -> tuple[Any, Any]:
 def _entry_positions(members: Ints, blocks: _Blocks, indptr: Any) -> NDArray[Any]:
     """Return the positions (n, b, width, b, width) of local entries in the matrix values; -1 for fixed ones.
 
-    `members` (n, b) are the blocks of each stencil.
+    `members` (n, b) are the blocks of each stencil, and `indptr` the row pointers of the matrix.
     """
     (n, b), width = members.shape, blocks.number.shape[1]
     slots = np.empty((n, b, width, b, width), dtype=indptr.dtype)

@@ -18,7 +18,7 @@ def poroelastic_energy(
 ) -> PoroelasticSolid:
     """Return the energy of a porous solid, whose unknowns are displacements followed by pore pressures.
 
-    `pair` is the law of the skeleton and its volume constraint, and `pores` the permeability. `turns` is False for
+    `pair` is the law of the skeleton and its volume constraint, and `pores` the permeability law. `turns` is False for
     small strains. The unit of pressures is the shear modulus `mu`, Pa, divided by the edge length of a mean cell, m, so
     that the blocks of the matrix are balanced. Raises KeyError for an element whose pressures are not continuous.
     """
@@ -27,7 +27,7 @@ def poroelastic_energy(
     known = build_pressure_space(mesh)
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
     at = 3 * len(mesh.points) + known.cells
-    nodal = element_of(mesh.element.linear).shape(mesh.element.places())  # (a, b): what those of pressures are there
+    nodal = element_of(mesh.element.linear).shape(mesh.element.places())  # (a, b) pressure shape functions
     slopes = nodal.T @ parts.dNdX
     law, constraint = pair
     return PoroelasticSolid(

@@ -42,10 +42,10 @@ def correct_axis_pressures(p: Floats, area: Floats, corners: Ints, r: Floats, al
 def _correct_axis_point(
     found: Floats, p: Floats, area: Floats, r: Floats, tip: Bools, ring: Bools, after: Ints
 ) -> None:
-    """Correct the pressures `found` in place at one point where the surface meets the axis.
+    """Correct the nodal pressures `found` in place where the surface meets the axis at one point.
 
-    `tip` (n,) is the mask of the nodes on the axis, `ring` (n,) that of the first ring, and `after` has the node
-    numbers of the second ring.
+    `tip` (n,) is the mask of the nodes on the axis, `ring` (n,) that of the first ring, and `after` holds the node
+    numbers of the second ring. The other arguments are as in `correct_axis_pressures`.
     """
     a, b = area[tip].max(), area[ring].max()
     mean = (a * p[tip].max() + b * p[ring].max()) / (a + b)

@@ -33,9 +33,9 @@ def vectors_from_closest_points(p: Floats, t: Floats) -> Floats:
 
 
 def nearest_pair_of_each(of: Ints, far: Floats) -> Ints:
-    """Return, for each item, the index of its pair with the smallest distance.
+    """Return, for each point, the index of its pair with the smallest distance.
 
-    `of` (c,) is the number of the item in each pair, and `far` (c,) the distance of each pair.
+    `of` (c,) is the number of the point in each pair, and `far` (c,) the distance of each pair, m.
     """
     order = np.lexsort((far, of))
     found: Ints = order[np.unique(of[order], return_index=True)[1]]

@@ -70,7 +70,7 @@ class ContactPressure:
 
     @property
     def plain(self) -> type[Facet]:
-        """Facet class of linear facets with the same corners."""
+        """Facet class of linear facets with the same corners as the facets."""
         return FACETS[self._facet_class.corners]
 
     @cached_property
@@ -222,13 +222,13 @@ class ContactPressure:
         return found
 
     def _contact_fraction_of_edges(self, touching: Ints, free: Ints) -> Floats:
-        """Return the fraction in (0, 1] of lines from nodes in contact to nodes without contact that lies in contact.
+        """Return the fraction in contact, in (0, 1], of lines from a node in contact to a node without contact.
 
-        Both arrays of node numbers and the result have the shape (m,). With c = k^(-2/3), for the k of `area`, and the
+        `touching` and `free` (m,) are the numbers of the two nodes. With c = k^(-2/3), for the k of `area`, and the
         length h of a line, p^2 c^3 + (3 E' g / 4)^(2/3) c = h; the first term divided by h is the fraction.
         """
         way = self.x[touching] - self.x[free]
-        h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # nothing changes through a slice
+        h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # uniform through a slice
         a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
         g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # fixed nodes have no gap
         b = (0.75 * self.modulus * g) ** (2.0 / 3.0)

@@ -67,8 +67,9 @@ class ContactSurface:
         return found
 
     def places(self, x: Floats) -> Floats:
-        """Return positions (v, d), m, of corners and samples in a state x, whose first entries are nodal displacements,
-        m.
+        """Return positions (v, d), m, of corners and samples in a state x.
+
+        The first entries of x are nodal displacements, m.
         """
         found: Floats = self.X + (self.M @ np.asarray(x, dtype=np.float64)[: self.M.shape[1]]).reshape(self.X.shape)
         return found

@@ -55,10 +55,10 @@ class IpcContact(DynamicPatternEnergy):
     """Barrier energy of contact between deformable surfaces: E = sum of A phi(d) over samples at distances d.
 
     There is no pressure beyond `distance` (m); below it the pressure is `stiffness` (Pa) times f(d) = (1 - s^2) (2 (1 -
-    s^2) / s - 4 s ln s^2), s = d / distance, which is 4.3 at half the distance. With `alone` a piece of the body has no
-    contact with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring of an axisymmetric
-    model. Contact results are reported for the nodes in the mask `reaction_nodes`, at rest at `X` (n, 3), m; without
-    `X` no moments are reported.
+    s^2) / s - 4 s ln s^2), s = d / distance, which is 4.3 at half the distance. If `alone` is True, no piece of the
+    body has contact with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring of an
+    axisymmetric model. Contact results are reported for the nodes in the mask `reaction_nodes`, at rest at `X` (n, 3),
+    m; without `X` no moments are reported.
     """
 
     skin: ContactSurface
@@ -159,7 +159,10 @@ class IpcContact(DynamicPatternEnergy):
         return self._collisions_and_positions(x)
 
     def beside(self, x: Floats) -> Ints:
-        """Return pairs (p, 2) of a sample, as row of the surface, and a face near it, in a state x."""
+        """Return pairs (p, 2) of a sample and a face near it in a state x.
+
+        A sample is given by its row of the contact surface, a face by its number.
+        """
         self._collisions_and_positions(x)
         found: Ints = self._cached_results["beside"]
         return found
@@ -191,8 +194,7 @@ class IpcContact(DynamicPatternEnergy):
         near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
     def _sample_collisions(self, V: Floats) -> tuple[Any, Ints]:
-        """Return the collisions of samples at positions V (v, d) with faces, and pairs (p, 2) of sample and face
-        numbers.
+        """Return the collisions of samples at positions V (v, d) with faces, and pairs (p, 2) of sample and face.
 
         The collisions are with faces, edges and corners near a sample, and are weighted with the sample areas.
         """
@@ -287,7 +289,7 @@ class IpcContact(DynamicPatternEnergy):
         return H
 
     def stiff(self, x: Floats) -> Any:
-        """Return the Hessian of the sample barrier by positions of corners and samples, sparse (d v, d v), N/m."""
+        """Return the Hessian of the sample barrier by the positions of corners and samples, sparse (d v, d v), N/m."""
         pairs, _, V, _ = self._collisions_and_positions(x)
         none = import_ipctk().PSDProjectionMethod.NONE
         return self._sample_barrier.hessian(pairs, self._sample_collision_mesh, V, none).tocsr() / self._length_unit**2

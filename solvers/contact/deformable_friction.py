@@ -179,11 +179,18 @@ class DeformableFriction(DynamicPatternEnergy):
         return found
 
     def lagged(self, x: Floats, before: DeformableFriction | None = None, grips: bool = False) -> DeformableFriction:
-        """Return the same friction with an energy: normal forces are constant, those of `before` (or itself) in x."""
+        """Return the same friction with constant normal forces, so that it has an energy.
+
+        The normal forces are those of the contact `before`, or of this one, in the state x. The argument `grips` has no
+        effect here.
+        """
         return replace(self, lag=(before or self).tangential_coupling(x), dual=DualTractions(), conservative=True)
 
     def with_lagged_pressures(self, x: Floats, before: DeformableFriction) -> DeformableFriction:
-        """Return the same friction with an energy and a primal-dual tangent, for one minimisation from x."""
+        """Return the same friction with constant normal forces and a primal-dual tangent, for one minimisation from x.
+
+        The normal forces are those of the contact `before` in the state x.
+        """
         return self.lagged(x, before)
 
     def with_scaled_stiffness(self, soft: float) -> DeformableFriction:
@@ -296,8 +303,9 @@ def _weigh_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Ints,
 
     `pairs` (a, 2) are samples and faces, `p` (a, d), m, the samples and `t` (a, d, d), m, the faces. The last result is
     the distance (m,), m, of each main pair, which has the largest weight. The nearest face and all that are nearly as
-    near share the friction of a sample. Their weights fall to zero as they become farther, or are seen edge-on: if only the nearest counted,
-    friction would jump where a sample passes from face to face, and there might be no equilibrium.
+    near share the friction of a sample. Their weights fall to zero as they become farther, or are seen edge-on. If only
+    the nearest face counted, friction would jump where a sample passes from face to face, and there might be no
+    equilibrium.
     """
     r = vectors_from_closest_points(p, t)
     far = np.linalg.norm(r, axis=1)

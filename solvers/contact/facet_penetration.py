@@ -48,12 +48,13 @@ Has = Callable[[Floats], NDArray[np.bool_]]
 
 @dataclass(frozen=True)
 class FacetParts:
-    """Regions of facets (or of their sides) that are searched for a deepest point, k of them.
+    """Regions of facets, or of their sides, in each of which a deepest point is searched; there are k of them.
 
-    A region has the local facet coordinates a + t . way, with its own m coordinates t in a square, triangle or line. On
-    a slice, positions are means of the two values a + t . way + across and a + t . way - across. `facet` (k,) is the
-    facet of each region, `which` (k,) its number among all regions; `a` (k, 2), `way` (k, m, 2), `across` (k, 2). `has`
-    returns whether coordinates t lie in the region, and `low` is the lower limit of t.
+    A region has m coordinates t of its own, in a square, triangle or line. They map to the local facet coordinates a +
+    t . way. On a slice, positions are means of the two values a + t . way + across and a + t . way - across. `facet`
+    (k,) is the facet of each region, `which` (k,) its number among all regions; `a` (k, 2), `way` (k, m, 2), `across`
+    (k, 2). `kind` is the element class of the facets. The function `has` returns whether coordinates t lie in the
+    region, and `low` is the lower limit of t.
     """
 
     kind: Any
@@ -98,7 +99,7 @@ class FacetParts:
 
     @property
     def beside(self) -> Floats:
-        """Small steps (q, m) of the coordinates t from a point to points around it."""
+        """Small increments (q, m) of the coordinates t, from a point of a region to points around it."""
         size = BESIDE * (1.0 - self.low)
         if self.m == 1:
             return size * np.array([[-1.0], [1.0]])
@@ -334,8 +335,9 @@ def _planes_at_deepest_points(contact: RigidContact, parts: FacetParts, where: F
 def _planes_at_region_borders(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
     """Return coordinates and planes for added points whose regions are now deepest at their border.
 
-    The planes keep the points where they are on the rigid body. If an edge of the rigid body lies in a facet, it
-    presses at its end and where it leaves the facet, and one of these points is barely deeper than the other.
+    t (k, m) are the coordinates of the deepest points of the regions, and g (k,), m, their gaps. The planes keep the
+    points where they are on the rigid body. Reason: if an edge of the rigid body lies in a facet, it presses at its end
+    and where it leaves the facet, and one of these points is barely deeper than the other.
     """
     assert contact.extra is not None
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)

@@ -41,9 +41,10 @@ class FreeRigidBody:
 
 
 class FreeBodyChart:
-    """Reference orientations of the free rigid bodies: rotation unknowns count from these (`turned`).
+    """Reference orientations of the free rigid bodies, from which their rotation unknowns are counted.
 
-    See dynamics/rotational_inertia.py.
+    `turned` holds the principal axes (3, 3), as columns, of each body in its reference orientation. See
+    dynamics/rotational_inertia.py.
     """
 
     def __init__(self, bodies: list[FreeRigidBody]) -> None:
@@ -84,7 +85,7 @@ class FreeBodyChart:
 
 
 def _orthonormalize(P: Floats) -> Floats:
-    """Return the rotation matrix next to P (3, 3), by one Newton step: it removes accumulated rounding."""
+    """Return the rotation matrix nearest to P (3, 3), by one Newton step: it removes accumulated rounding."""
     found: Floats = 1.5 * P - 0.5 * P @ P.T @ P
     return found
 

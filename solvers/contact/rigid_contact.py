@@ -66,7 +66,7 @@ class RigidContact(Energy):
 
     @property
     def lasting(self) -> int:
-        """Number of contact points without those that were added during the solution."""
+        """Number of permanent contact points; points added during the solution are not counted."""
         return len(self.A) - (0 if self.extra is None else len(self.extra))
 
     def with_added_points(self, extra: AddedContactPoints | None, x: Floats) -> Self:
@@ -117,7 +117,7 @@ class RigidContact(Energy):
     def before(self) -> RigidContact:
         """Return the same contact with the rigid body in its position at the start of the solution.
 
-        If this position is unknown, the contact itself is returned.
+        If this position is unknown, the contact is returned unchanged.
         """
         if (gap := self.earlier) is None:
             return self
@@ -166,8 +166,9 @@ class RigidContact(Energy):
         return replace(self, barrier=replace(self.barrier, distance=d / soft), sunk=self.sunk + (d / soft - d))
 
     def places(self, x: Floats) -> Floats:
-        """Return the positions (p, 3), m, of the contact points in the frame of the signed distance; z is 0 for a
-        slice.
+        """Return the positions (p, 3), m, of the contact points in the frame of the signed distance.
+
+        For a slice z is 0.
         """
         u = np.asarray(x, dtype=np.float64)[self.point_dofs].reshape(*self.of.shape, 3)
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
@@ -270,10 +271,10 @@ class RigidContact(Energy):
         return self.barrier.pressure(g)
 
     def coupled(self, points: Ints, blocks: Floats) -> Floats:
-        """Return stiffness blocks (k, 3 a, 3 a), N/m, of nodes from blocks (k, 3, 3) of the contact points `points`
-        (k,).
+        """Return stiffness blocks (k, 3 a, 3 a), N/m, of nodes from blocks (k, 3, 3) of contact points.
 
-        They are N_a N_b times the block of the point, with its shape functions N.
+        `points` (k,) are the numbers of the contact points. The blocks are N_a N_b times the block of the point, with
+        its shape functions N.
         """
         N = self.shares[points]
         k = 3 * N.shape[1]

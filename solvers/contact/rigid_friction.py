@@ -99,7 +99,7 @@ class Slip:
 
     @property
     def slid(self) -> Floats:
-        """Sliding distance (m,), m, of points since they last stuck."""
+        """Sliding distance (m,), m, since points last stuck: the part of the slip that is not elastic."""
         return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
 
     @property
@@ -175,7 +175,7 @@ class RigidFriction(RigidContact):
         return found
 
     def lagged(self, x: Floats, before: RigidFriction | None = None, grips: bool = False) -> RigidFriction:
-        """Return the same contact with an energy: friction limits and normals are constant.
+        """Return the same contact with constant friction limits and normals, so that it has an energy.
 
         They are computed from the pressures and normals of the contact `before` (or of this contact) in the state x.
         With `grips` all points within the barrier distance stick, whatever their pressure.
@@ -185,7 +185,10 @@ class RigidFriction(RigidContact):
         return replace(self, lag=LaggedFriction(self.friction * p, n), conservative=True)
 
     def with_lagged_pressures(self, x: Floats, before: RigidFriction) -> RigidFriction:
-        """Return the same contact with an energy and a primal-dual tangent, for one minimisation from x."""
+        """Return the same contact with constant friction limits and a primal-dual tangent, for one minimisation from x.
+
+        The friction limits are those of the contact `before` in the state x.
+        """
         return replace(self.lagged(x, before), dual=DualTractions())
 
     def with_sticking_points(self, x: Floats, way: Floats) -> RigidFriction:
@@ -300,9 +303,7 @@ class RigidFriction(RigidContact):
         add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
 
     def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
-        """Return the points with friction (k,), and the derivatives (k, 3, 3), Pa/m, of their tractions by
-        displacements.
-        """
+        """Return the points with friction (k,), and derivatives (k, 3, 3), Pa/m, of their tractions by position."""
         g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p

@@ -25,7 +25,7 @@ def rotation_from_vector(w: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """Rigid motion x = c + Q (X - c) + shift of body points X.
+    """Rigid motion of a body: its points X move to x = c + Q (X - c) + shift.
 
     `rotation` (3,), rad, is the rotation vector of Q, `about` the point c, m, and `shift` a translation, m.
     """

@@ -84,7 +84,7 @@ def _candidate_pairs(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
 
 
 def _triangle_normals(t: Floats) -> Floats:
-    """Return the unit normals (t, 3) of triangles t (t, 3, 3)."""
+    """Return the unit normals (t, 3) of triangles with corners t (t, 3, 3)."""
     n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
     return found

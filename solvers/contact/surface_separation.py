@@ -8,7 +8,7 @@ from softmark.solvers.contact.closest_face_points import vectors_from_closest_po
 from softmark.solvers.energies.energy import Floats, Ints
 
 FACING = (
-    0.86  # cosine of 30 degrees: so close an outward normal on each side is to the way across, less than in a corner
+    0.86  # cosine of 30 degrees, largest angle between outward normals and the line across; corners have larger ones
 )
 PAIRS = 200_000_000  # of corners and faces: a few seconds; surfaces with more pairs are not searched
 CHUNK = 2_000_000  # pairs that are compared at a time, 50 MB
@@ -56,7 +56,7 @@ def _sort_pairs_by_distance(some: Ints, p: Ints, f: Ints, far: Floats, radii: Fl
 
 
 def _faces_around_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
-    """Return the faces at all of `count` corners, as one array, and the index where each corner starts.
+    """Return the faces at each of `count` corners, as one array, and the index in it where each corner starts.
 
     The shapes are (f k,) and (count + 1,), for `faces` (f, k).
     """
@@ -68,12 +68,11 @@ def _faces_around_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
 def _least_distance_of_pairs(
     V: Floats, faces: Ints, directions: tuple[Floats, Floats, tuple[Ints, Ints]], corner: Ints, face: Ints
 ) -> float:
-    """Return the least distance, m, over pairs (c,) of a corner and a face that face each other.
+    """Return the least distance, m, over pairs (c,) of a corner and a face that face each other, or infinity.
 
-    It is infinite if no pair does.
-
-    They face each other if the normal of the face points to the corner, and the normal of a face at the corner, or the
-    mean of these normals, points to the face.
+    A corner and a face face each other if the normal of the face points to the corner, and a normal at the corner
+    points to the face. The normals at the corner are those of its faces and their mean. `directions` are the face
+    normals (f, d), the mean normals at corners (n, d), and the faces around corners (`_faces_around_corners`).
     """
     normals, own, (at, starts) = directions
     apart = ~(faces[face] == corner[:, None]).any(axis=1)

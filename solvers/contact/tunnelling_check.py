@@ -53,7 +53,7 @@ def surface_triangles(points: Floats, facets: Ints) -> SurfaceTriangles:
 
 
 def tunnelling_depth(contact: RigidContact, before: Floats, x: Floats) -> float:
-    """Return the greatest depth, m, of points in a rigid body between the states `before` and x (dofs,).
+    """Return the greatest depth, m, that a point had in a rigid body between the states `before` and x (dofs,).
 
     It is 0 if no depth exceeds the allowed one. The points are those in contact at the end, or all contact points if
     there are none.

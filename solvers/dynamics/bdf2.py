@@ -49,7 +49,7 @@ class BDF2:
         surge = c2 / c0 * (now.v - before.v)  # where D v = 0: v1 = v0 + surge
         speed = now.v + surge
         coast = now.x + drift + speed / c0
-        # D of the impulse since the start: a free body gets the right velocity for any amplitude
+        # difference formula of the impulse since the start: a free body gets the right velocity for any amplitude
         mean, last = system.forces.mean(now.time, now.time + step), system.forces.mean(before.time, now.time)
         load = constant_step_load(mean + ratio / (1.0 + ratio) * (mean - last))
         end = system.solve(Stage(now, step, load, c0**2, c0, coast, speed))

@@ -31,7 +31,7 @@ class CentralDifferences:
     explicit: ClassVar[bool] = True
 
     def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
-        """Check the step and the mass. Raises StepTooLong, and ValueError for a mass that is not lumped."""
+        """Compute the longest stable step of the initial state. Raises StepTooLong if the step is longer."""
         critical = system.frequencies.critical_step(start.x, start.time)
         system.longest = self.safety * critical
         if step > system.longest:

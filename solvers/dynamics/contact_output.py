@@ -25,9 +25,10 @@ MOST = 800  # largest number of recorded states; beyond it every second one is d
 class ContactResultant:
     """Resultant of the forces of one contact on the deformable body over a `step`, s.
 
-    `force` (3,), N, and `moments` (2, 3), N m, about the origin, with current and with undeformed arms. `size`, N, is
-    the sum of the magnitudes of the nodal forces, and `arms` (2, 3), N m, the sums of magnitudes times both kinds of
-    arms. `gap` is the smallest gap at the end of the step, m, and `left` the mean gap weighted by contact force, m.
+    `force` (3,), N, and `moments` (2, 3), N m, about the origin: first with current lever arms, then with undeformed
+    ones. `size`, N, is the sum of the magnitudes of the nodal forces. `arms` (2, 3), N m, are the sums of magnitudes
+    times lever arms, both kinds as in `moments`. `gap` is the smallest gap at the end of the step, m, and `left` the
+    mean gap weighted by contact force, m.
     """
 
     force: Floats
@@ -39,9 +40,9 @@ class ContactResultant:
     step: float = 0.0
 
     def after(self, before: ContactResultant, step: float, given: tuple[float, float]) -> ContactResultant:
-        """Return the resultant over the step that follows `before`, with the impulse of the integrator.
+        """Return the resultant over the step that follows the resultant `before`, from the impulse of the integrator.
 
-        `given` is that of `Motion.given`.
+        `step` is the length of this step, s, and `given` holds the weights of `Motion.given`.
         """
         old, new = given[0] * before.step / step, given[1]
         if not old:
@@ -75,14 +76,17 @@ def pair_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
 
 
 def _resultant_with_magnitudes(push: Floats, arms: tuple[Floats, ...]) -> tuple[Floats, Floats, float, Floats]:
-    """Return force, moments for each set of arms, total magnitude, and weighted arms of forces (p, 3), N."""
+    """Return force, moments, total magnitude and weighted arms of forces `push` (p, 3), N.
+
+    The results are as in `ContactResultant`. `arms` holds sets of lever arms (p, 3), m.
+    """
     sizes = np.linalg.norm(push, axis=1)
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])
     return push.sum(axis=0), moments, float(sizes.sum()), np.array([sizes @ arm for arm in arms])
 
 
 def average_over_steps(steps: Floats, values: Floats) -> Floats:
-    """Return means over the two steps that meet at each time, from the means `values` (n + 1, ...) over each step.
+    """Return means over the two steps that meet at each time, from means over single steps, `values` (n + 1, ...).
 
     `steps` (n,) are the step lengths, s; the first value, at time 0, belongs to no step.
     """

@@ -12,10 +12,10 @@ from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.energies.energy import Floats
 
 EVERY = 64  # steps between estimates at most
-SOONEST = 4  # and at least, but for what forces tell
-CHANGE = 0.005  # of the frequency between two estimates: where it is more, the next one comes sooner
+SOONEST = 4  # least number of steps between estimates, unless accelerations change too much
+CHANGE = 0.005  # relative change of the frequency between two estimates: after a larger one the next comes sooner
 ACCURACY = 1e-3  # of the eigenvalue
-SMALL = 12  # degrees of freedom that a dense eigenvalue solver takes at once
+SMALL = 12  # largest number of unknowns for a dense eigenvalue solver
 WARM = 24  # Lanczos vectors from a start that is nearly right
 
 
@@ -88,7 +88,7 @@ class CriticalStepTracker:
         self.forces, self.damping = forces, damping
         self.mass: Floats = forces.M.diagonal()[forces.free]
         self.omega = 0.0
-        self.definite = 0.0  # of the definite tangent, which damping in proportion to the stiffness takes
+        self.definite = 0.0  # largest angular frequency, rad/s, of the stiffness used for damping
         self._modes: dict[str, Floats] = {}
         self._age, self._interval = 0, SOONEST
 
@@ -144,7 +144,7 @@ class CriticalStepTracker:
         """Return the critical time step, s, after a step from the motion `now` to the state x with accelerations a.
 
         The largest angular frequency w is estimated again after at most EVERY steps, sooner if it changes. It is
-        estimated at once if accelerations change by more than w explains: |da| > w^2 |dx| in the mass norm.
+        estimated at once if accelerations change by more than w can explain: |da| > w^2 |dx| in the mass norm.
         """
         self._age += 1
         free, weight = self.forces.free, np.sqrt(self.mass)

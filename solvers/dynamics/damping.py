@@ -39,7 +39,7 @@ class Damping:
         return bool(self.rayleigh.alpha or self.rayleigh.beta or self._dashpots)
 
     def begin(self, x: Floats) -> None:
-        """Compute C for the state x."""
+        """Compute the damping matrix C in the state x."""
         if not self.active:
             return
         alpha, beta = self.rayleigh.alpha, self.rayleigh.beta
@@ -55,9 +55,9 @@ class Damping:
             self._towing = self._multiply_stiffness(self.direction)
 
     def predict(self, stage: Stage) -> None:
-        """Compute C for a step, from a prediction of its end state.
+        """Compute the damping matrix C of a step, from a prediction of its end state.
 
-        Without stiffness-proportional damping C is that of the start of the step.
+        If the prediction is outside the domain of the law, C is that of the start of the step.
         """
         start = stage.start
         self.begin(stage.acting(start.x + stage.step * start.v))
@@ -65,7 +65,7 @@ class Damping:
             self.begin(start.x)
 
     def update(self, stage: Stage, motion: Motion) -> float:
-        """Compute C at the end of a step, and return the norm of the change of the damping force, N."""
+        """Compute the damping matrix C at the end of a step, and return the change of the damping force, N."""
         v = stage.damping_velocity(motion.x, motion.v)
         before = self.force(v)
         self.begin(stage.acting(motion.x))

@@ -52,7 +52,8 @@ STIFFEST = 1e9  # largest total stiffening factor in double precision
 class DynamicContacts:
     """All contacts of a dynamic analysis, with the amplitudes of their rigid bodies.
 
-    Barriers are stiffened where points end inside a rigid body.
+    The barrier of a contact is stiffened if points end a step inside its rigid body. `contacts` are those with rigid
+    bodies, and `meets` those between deformable surfaces.
     """
 
     def __init__(
@@ -209,7 +210,7 @@ class FrictionResult:
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """Contact record of one time, s: whether there is contact, and the velocity (3,), m/s, of the centre of mass."""
+    """Contact record at one `time`, s: whether there is contact, and the velocity (3,), m/s, of the centre of mass."""
 
     time: float
     touches: bool
@@ -241,10 +242,10 @@ class ImpactEvent:
 
 
 def find_impacts(log: Sequence[ContactRecord]) -> list[ImpactEvent]:
-    """Return the impacts between free flights.
+    """Return the impacts of a motion, each between two free flights.
 
-    A free flight is at least as long as the shorter of the contacts before and after it. Shorter ones are chatter:
-    nodes leave a wall and return while the body still presses on it.
+    A free flight is at least as long as the shorter of the contacts before and after it. A shorter interruption of
+    contact is chatter: nodes leave a wall and return while the body still presses on it.
     """
     times, runs = [seen.time for seen in log], list[list[int]]()
     for i, seen in enumerate(log):
@@ -330,7 +331,10 @@ class ContactsAtTime:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """Return J (free, free) plus `scale` times the stiffness of deformable contacts, which adds entries."""
+        """Return the matrix J (free, free) plus `scale` times the stiffness of deformable contacts, which adds entries.
+
+        `free` are the numbers of the free degrees of freedom.
+        """
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J

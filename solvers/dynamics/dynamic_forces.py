@@ -87,15 +87,15 @@ class DynamicForces:
         return np.array([amplitude.at(time) for amplitude in self.amplitudes])
 
     def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
-        """Return the load factors of a step (see load_amplitudes.py)."""
+        """Return the load factors of a step from `begin` to `end`, s (see `load_amplitudes.linear_step_load`)."""
         return linear_step_load(self.amplitudes, begin, end, weight, ahead)
 
     def mean(self, begin: float, end: float) -> Floats:
-        """Return the mean load factors (l,) over a time interval."""
+        """Return the mean load factors (l,) from `begin` to `end`, s."""
         return mean_factors(self.amplitudes, begin, end)
 
     def scaled(self, factors: Floats) -> list[tuple[Energy, float]]:
-        """Return every energy with its factor, in the order of the sparsity pattern."""
+        """Return every energy with its load factor, 1 for internal energies, in the order of the sparsity pattern."""
         return [(e, 1.0) for e in self.internal] + list(zip(self.loads, factors.tolist(), strict=True))
 
     def value(self, x: Floats, factors: Floats) -> float:
@@ -144,7 +144,7 @@ class DynamicForces:
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
     def drag(self, x: Floats) -> Floats:
-        """Return the entries (nnz,) of the stiffness that stiffness-proportional damping uses."""
+        """Return the entries (nnz,) of the stiffness matrix used for stiffness-proportional damping."""
         data = np.zeros(len(self.pattern.indices))
         for energy, slots in zip(self.internal, self.pattern.slots, strict=False):
             if energy.stencils.size:

@@ -58,8 +58,8 @@ class Rayleigh:
     positive semidefinite so that damping never adds energy. It is evaluated in the state to which the velocity in the
     equations belongs: the end of the step, or its middle if this velocity is the mean. The state is predicted, and the
     step is repeated if the prediction was wrong, so that the equations remain those of a minimum. Steps with a cap on
-    iterations keep the K of their start, as programs with so few iterations do. alpha M also damps rigid motion. beta K
-    does not affect translations, and slightly damps the rotation of a stressed body.
+    iterations keep the K of their start, as programs with so few iterations do. The term alpha M also damps rigid
+    motion. The term beta K does not affect translations, and slightly damps the rotation of a stressed body.
     """
 
     alpha: float = 0.0

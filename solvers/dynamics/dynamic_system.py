@@ -18,16 +18,16 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
-REPEATS = 8  # of a step, each with the damping of the state that the last one found
-DRAG = 10.0  # times the tolerance: what part of the largest force damping may be off by, as that of another state
-UNSETTLED = 1e-4  # of the largest force: damping that repeats leave off by more is that of no state
-BLUR = 16.0  # times what rounding leaves in the force of damping: less is no change of it
-SAME = 1e-8  # relative: loads that differ by less are one
+REPEATS = 8  # largest number of solutions of a step, each with the damping matrix of the state found before
+DRAG = 10.0  # times the tolerance: accepted error of the damping force, relative to the largest force
+UNSETTLED = 1e-4  # of the largest force: a step whose damping force still changes by more than this fails
+BLUR = 16.0  # times the rounding error of the damping force: smaller changes are ignored
+SAME = 1e-8  # relative: loads that differ by less count as equal
 
 
 def _make_linear_solver(forces: DynamicForces) -> StepLinearSolver:
     """Return a linear solver: Cholesky with conjugate gradients for large conservative problems, else a general one."""
-    meets = forces.impact is not None and bool(forces.impact.meets)  # in patterns that change
+    meets = forces.impact is not None and bool(forces.impact.meets)  # their sparsity pattern changes
     if meets or not forces.conservative or len(forces.free) < SMALL:
         return DirectStepSolver(forces.conservative)
     from softmark.solvers.linear.recycled_solves import LinearSolver as Repeated
@@ -46,8 +46,8 @@ class DynamicSystem:
         self.newton = StageNewton(self)
         self.lagged = self._make_lagged_solver() if problem.lagged and not problem.integrator.explicit else None
         self.outcome = StepOutcome()  # of the last step; an explicit one has nothing to solve
-        self.longest = np.inf  # s, the step that an explicit integrator can take now
-        self.swing = 0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
+        self.longest = np.inf  # s, longest stable step of an explicit integrator in the present state
+        self.swing = 0.0  # for explicit integrators: relative energy oscillation of the fastest mode
 
     def _make_lagged_solver(self) -> LaggedTangentSolver | None:
         """Solver with lagged tangents; None if the forces do not allow it."""
@@ -135,9 +135,9 @@ class DynamicSystem:
     # ------------------------------------------------------------------ accelerations
 
     def acceleration(self, g: Floats, time: float) -> Floats:
-        """Return the accelerations a (dofs,) with M a = -g on free degrees of freedom, and those of the supports.
+        """Return the accelerations a (dofs,), with M a = -g on free degrees of freedom, and those of the supports.
 
-        Raises StepFailed.
+        g (dofs,), N, is the energy gradient plus damping forces. Raises StepFailed.
         """
         forces, a = self.forces, np.zeros_like(g)
         a[forces.fixed] = self.support_acceleration(time)
@@ -168,7 +168,7 @@ class DynamicSystem:
         return a
 
     def under(self, motion: Motion, factors: Floats) -> Motion:
-        """Return the motion with the accelerations under loads with `factors` (l,)."""
+        """Return the same motion with the accelerations that it has under loads with `factors` (l,)."""
         change = factors - motion.factors
         if not np.any(np.abs(change) > SAME * np.maximum(np.abs(factors), np.abs(motion.factors))):
             return motion
@@ -178,9 +178,9 @@ class DynamicSystem:
         return replace(motion, a=a, factors=factors)
 
     def kick(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
-        """Return acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle.
+        """Return acceleration and velocity at the end of an explicit step, at `time`, s, in the state x.
 
-        The load factors at the end are `factors` (l,).
+        `half` is the velocity in the middle of the step, and `factors` (l,) are the load factors at its end.
         """
         h, alpha, fixed = time - now.time, self.problem.damping.alpha, self.forces.fixed
         g = self.forces.at(x, factors).total
@@ -199,14 +199,14 @@ class DynamicSystem:
     def solve(self, stage: Stage) -> Motion:
         """Return the motion at the end of an implicit step. Raises StepFailed.
 
-        Damping uses the stiffness of the state in which it acts.
+        The damping matrix is that of the state to which the damping velocity belongs.
         """
         if not self.problem.damping.beta or self.problem.cap is not None:
             return self._solve_with_present_damping(stage)
         motion = self._solve_with_updated_damping(stage)
         if not (
             stage.alpha_f or stage.secant or stage.mean
-        ):  # what it takes is told by the mean velocity, energy_ledger.py
+        ):  # the energy ledger computes the dissipated energy from the mean velocity
             self.damping.begin(0.5 * (stage.start.x + motion.x))
         return motion
 

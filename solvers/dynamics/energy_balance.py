@@ -20,7 +20,7 @@ LOSS = 0.25  # same fraction: larger losses are reported; a suddenly applied loa
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Energy balance of a motion relative to an energy scale, and this scale, J."""
+    """Energy balance B of a motion relative to an energy `scale`, J."""
 
     drift: float  # max |B| / scale
     gain: float  # the largest rise of B above its lowest value before / scale
@@ -76,12 +76,12 @@ class EnergyAccount:
 
     @property
     def diverged(self) -> bool:
-        """Return whether the gain has exceeded GAIN for PATIENCE steps, is at its maximum, and does not level off."""
+        """True if the gain has exceeded GAIN for PATIENCE steps, is at its maximum, and does not level off."""
         return self.over >= PATIENCE and self.record and not self.settles
 
     @property
     def settles(self) -> bool:
-        """Return whether the gain levels off: each half of the last PATIENCE steps adds less than the half before.
+        """True if the energy gain levels off: each half of the last PATIENCE steps adds less than the half before.
 
         With strong damping and a load jump, generalized_alpha oscillates about the solution for some steps. The work of
         damping in these oscillations counts as spurious energy, although the body never had it. The oscillations decay,
@@ -94,6 +94,6 @@ class EnergyAccount:
 
     @property
     def balance(self) -> EnergyBalance:
-        """Return the balance up to the last added time."""
+        """Energy balance up to the last added time."""
         share = 1.0 / self.scale if self.scale > 0.0 else 0.0
         return EnergyBalance(share * self.drift, share * self.gain, share * self.loss, self.scale, self.time)

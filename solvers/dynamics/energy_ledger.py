@@ -26,10 +26,10 @@ class EnergyEntry:
     support_work: float = 0.0
     damping: float = 0.0
     drift: float = 0.0
-    muscle_work: float | None = None  # of what loads do, what muscle does; None where there is none
-    contact: float | None = None  # what the barriers of contacts store; None where there are none
+    muscle_work: float | None = None  # part of load_work done by muscle; None without muscle
+    contact: float | None = None  # energy stored in contact barriers; None without contacts
     contact_work: float = 0.0  # of rigid bodies that move
-    friction: float | None = None  # what friction has turned into heat; None where nothing rubs
+    friction: float | None = None  # energy dissipated by friction; None without friction
     impulses: Floats | None = None  # (3, 3) N s, of loads, supports and damping; None without contacts
 
     @property
@@ -46,7 +46,7 @@ class EnergyEntry:
         return tuple(float(getattr(self, name)) for name in self.names)
 
     def stiffened(self, system: DynamicSystem) -> EnergyEntry:
-        """Return the entry after barriers were stiffened, whose additional energy is counted as spurious."""
+        """Return the entry after barriers were stiffened; the additional barrier energy is counted as drift."""
         stored = _barrier_energy(system, self.motion)
         more = (stored or 0.0) - (self.contact or 0.0)
         return replace(self, contact=stored, drift=self.drift + more)
@@ -121,7 +121,7 @@ def next_entry(system: DynamicSystem, last: EnergyEntry, motion: Motion) -> Ener
 
 
 def _force_resultants(system: DynamicSystem, loads: Floats, reaction: Floats, drag: Floats) -> Floats:
-    """Return the resultants (3, 3), N, of loads, reactions and damping on the deformable body."""
+    """Return the resultants (3, 3), N, of loads, support reactions and damping forces on the deformable body."""
     held = np.zeros_like(reaction)
     held[system.forces.fixed] = reaction[system.forces.fixed]
     return np.array([system.forces.resultant(f) for f in (loads, held, drag)])
@@ -130,7 +130,10 @@ def _force_resultants(system: DynamicSystem, loads: Floats, reaction: Floats, dr
 def _muscle_work(
     system: DynamicSystem, last: EnergyEntry, way: Floats, motion: Motion, factors: Floats
 ) -> float | None:
-    """Return the work of muscle since the start, J; None without muscle."""
+    """Return the work of muscle since the start, J; None without muscle.
+
+    `last` is the entry before the step, and `way` (dofs,) the motion in the step.
+    """
     if last.muscle_work is None:
         return None
     own = factors.copy()

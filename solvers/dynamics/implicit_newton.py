@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 EPS = float(np.finfo(np.float64).eps)
-MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential
-WORSE = 1.25  # times the imbalance that the best way to start had when all were tried: more, and all are tried again
-LESS = 0.97  # of it with every step, so that now and then they are
+MUCH = 0.25  # of the residual: a full step that reduces it below this is accepted without computing the potential
+WORSE = 1.25  # times the residual of the best prediction when all were tried: above it all are tried again
+LESS = 0.97  # factor of that limit per step, so that all predictions are tried again from time to time
 CYCLE = 6  # iterations without a smaller residual: Newton's method cycles between states
 FLAT = 1e-6  # relative residual below which energy differences, its square, are rounding errors
-SHORTEST = 1e-5  # part of a Newton step that is tried
-LAGS = 40  # pressures that friction is tried with
-ROUGH, FINER = 1e-2, 0.05  # how well such a trial is worth solving: at most, and of what the last pressures left
+SHORTEST = 1e-5  # shortest fraction of a Newton step that is tried
+LAGS = 40  # largest number of friction iterations
+ROUGH, FINER = 1e-2, 0.05  # tolerance of a friction iterate: upper limit, and relative to the last residual
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class StepOutcome:
     iterations: int = 0
     residual: float = 0.0
     solved: bool = True
-    lagged: bool = False  # by one factor with lagged stresses, not by Newton's method
+    lagged: bool = False  # solved with one lagged tangent, not by Newton's method
 
 
 class StageNewton:
@@ -69,7 +69,7 @@ class StageNewton:
         self.system = system
         self.history: list[StepIteration] = []
         self.scale = 0.0
-        self.way = 2, 0.0  # which way to start was the best when all were tried, and its imbalance, relative
+        self.way = 2, 0.0  # index of the best prediction when all were tried, and its relative residual
 
     def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
         """Return the motion at the end of the step. Raises StepFailed."""
@@ -138,12 +138,12 @@ class StageTrial:
 
     @property
     def steady(self) -> Floats:
-        """Inertia, damping and the forces at the start of the step (dofs,), N: they are linear in x."""
+        """Forces that are linear in x (dofs,), N: inertia, damping, and weighted forces at the start of the step."""
         return self.inertia + self.drag + self.balance.past
 
     @cached_property
     def force(self) -> EnergyGradients:
-        """Energy gradients (dofs,), N, at the end of the step, which balance `steady`."""
+        """Energy gradients (dofs,), N, at the end of the step, which `steady` must balance."""
         return self.balance.force(self.x)
 
     @cached_property
@@ -165,7 +165,7 @@ class StageTrial:
 
     @property
     def possible(self) -> bool:
-        """True if the state is in the domain of the law; always true for rods."""
+        """True if the state is in the domain of the law, and no point has passed through a rigid body."""
         if not math.isfinite(self.stored):
             return False
         return math.isfinite(self.size if self.balance.forces.rotates_without_contact else self.potential)
@@ -183,7 +183,7 @@ class StageTrial:
 
     @cached_property
     def scale(self) -> float:
-        """Largest of the forces that balance each other, N, with internal forces also those on supports."""
+        """Largest norm of the forces that balance each other, N; internal forces include those on supports."""
         free = self.balance.forces.free
         forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
         most = max(norm(f) for f in forces)
@@ -247,30 +247,33 @@ class StageEquations:
         return Motion(self.end, trial.x, v, a, self.stage.load.last)
 
     def stored(self, x: Floats) -> float:
-        """Return the energy of the contact barriers at the end x, J.
+        """Return the energy of the contact barriers in the end state x, J.
 
-        Infinite if a point has passed through a rigid body.
+        It is infinite if a point has passed through a rigid body.
         """
         if self.touches is None:
             return 0.0
         return math.inf if self.touches.passed(x, self.since) else self.touches.value(x)
 
     def force(self, x: Floats) -> EnergyGradients:
-        """Return the weighted forces of the step for the end x."""
+        """Return the energy gradients (dofs,), N, for the end state x, evaluated in the weighted state."""
         return self.forces.at(self.weighted(x), self.factors)
 
     def weighted(self, x: Floats) -> Floats:
-        """Return the state at which the forces are evaluated."""
+        """Return the state in which forces are evaluated, for the end state x."""
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
     def met(self, trial: StageTrial, scale: float, before: float) -> bool:
-        """Return whether a trial meets the tolerance, or only rounding is left after an iteration without progress."""
+        """Return whether a trial meets the tolerance, or its residual is rounding error and no longer decreases.
+
+        `scale`, N, is the force scale, and `before`, N, the residual of the last iteration.
+        """
         if trial.size <= self.tolerance * scale:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding_error(trial))
 
     def is_rounding_error(self, trial: StageTrial) -> bool:
-        """Return whether the residual is only the rounding error of the states, as in a body without forces."""
+        """Return whether the residual is only the rounding error of states, as in a body without forces."""
         free = self.forces.free
         known = np.abs(trial.x) + np.abs(self.stage.coast)
         lost = abs(self._jacobian(trial.x, False)) @ known[free]
@@ -305,7 +308,7 @@ class StageEquations:
         coasting[fixed] = speeding[fixed] = stay[fixed]
         ways = [stay, *(self._limit_before_collision(stay, x) for x in (coasting, speeding))]
         trials: list[StageTrial | None] = [None] * len(ways)
-        if self.touches is None:  # trials take most of the time of a small body: the best way of before may do
+        if self.touches is None:  # trials are slow for a small body: try the last best prediction first
             way, left = self.system.newton.way
             trials[way] = known = self.trial(ways[way])
             if known.size <= max(MUCH, WORSE * left if self.forces.rotates_without_contact else 0.0) * known.scale:
@@ -332,7 +335,11 @@ class StageEquations:
         return x if length == 1.0 else stay + length * (x - stay)
 
     def _response_to_supports(self, moved: Floats) -> StageTrial:
-        """Return the linear response to the increments `moved` of the supports in the step, as a trial."""
+        """Return the trial of the linear response to the support motion in the step.
+
+        `moved` (dofs,) is the state at the start of the step with the supports at their final positions. Raises
+        StepFailed.
+        """
         now = self.stage.start
         here, d = self.trial(now.x), moved - now.x
         eps = 1e-6 / max(1.0, 1e3 * float(np.abs(d).max()))
@@ -369,7 +376,7 @@ class StageEquations:
         raise StepFailed(reason)
 
     def _direction(self, trial: StageTrial, r: Floats, tolerance: float, projected: bool) -> Floats:
-        """Return -J^-1 r (free,). Raises StepFailed."""
+        """Return the direction -J^-1 r (free,) for residual forces r (free,) with Jacobian J. Raises StepFailed."""
         J = self._jacobian(trial.x, projected)
         try:
             d = -self.system.linear.solve(J, r, tolerance)
@@ -395,10 +402,9 @@ class StageEquations:
         return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
     def _line_search(self, trial: StageTrial, d: Floats, cycles: bool) -> tuple[StageTrial, float] | None:
-        """Return the trial after a step d, and the fraction of d that lowers the potential enough; None if there is
-        none.
+        """Return the trial after a fraction of a step d that lowers the potential enough, and the fraction.
 
-        The full step is tried first, then fractions (Armijo 1966).
+        The full step is tried first, then fractions (Armijo 1966). Returns None if no fraction lowers it enough.
         """
         way, slope = np.zeros_like(trial.x), float(trial.r @ d)
         way[self.forces.free] = d

@@ -66,11 +66,11 @@ class Stage:
     between: bool = False
     secant: bool = False  # v is the mean velocity of the step, and damping that of its middle
     touch: float = 1.0  # weight of the forces of contact at the end of the step (dynamic_contact.py)
-    mean: bool = False  # damping acts on the mean velocity of the step, which has all that contact does in it
-    beyond: tuple[float, float] = (0.0, 0.0)  # what of their acceleration a (1) and v (s) are to have besides
+    mean: bool = False  # damping acts on the mean velocity of the step, which includes the effect of contact forces
+    beyond: tuple[float, float] = (0.0, 0.0)  # factors of the contact acceleration to add to a (no unit) and to v (s)
 
     def acting(self, x: Floats) -> Floats:
-        """Return the state in which damping acts, if the step ends in x: the state to which its velocity belongs."""
+        """Return the state to which the damping velocity belongs, if the step ends in the state x."""
         share = 0.5 if self.secant or self.mean else 1.0 - self.alpha_f
         return self.start.x + share * (x - self.start.x)
 
@@ -102,7 +102,7 @@ class Integrator(Protocol):
 
 
 class StepFailed(Exception):
-    """Raised if a time step fails; a shorter step may succeed."""
+    """Error raised if a time step fails; a shorter step may succeed."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)

@@ -224,10 +224,10 @@ class BackwardDifferences:
         self.count, self.step, self.time, self.latest = count, step, time, x
 
     def next(self, step: float) -> Floats | None:
-        """Return the extrapolated state one step later; None if too few states at this step length are known.
+        """Return the state extrapolated over one more step, or None.
 
-        Newton's formula: the sum of the differences up to an order. The next difference is the error of that order at
-        the last state.
+        It is None if fewer than three states at this step length are known. Newton's formula is used: the sum of the
+        differences up to an order. The next difference is the error of that order at the last state.
         """
         if self.count < 3 or not _are_equal_steps(step, self.step):
             return None
@@ -250,7 +250,7 @@ class AndersonAcceleration:
         self.z = np.zeros(0)
 
     def step(self, z: Floats) -> Floats:
-        """Return the accelerated increment of x."""
+        """Return the accelerated increment of x, from the present z(x)."""
         d = -z
         if self.steps:
             self.changes = [z - self.z, *self.changes[:1]]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-INSIDE = 1e-9  # of a step: how far within it its ends are looked at, where a course may jump and times are rounded
+INSIDE = 1e-9  # of a step: amplitudes are evaluated this far inside its ends, where they may jump and times are rounded
 
 
 class Amplitude(Protocol):
@@ -75,12 +75,12 @@ def linear_step_load(
 ) -> StepLoad:
     """Return load factors that vary linearly over a step, shifted so that the integrator gets the exact impulse.
 
-    The integrator's velocity update gives the end of the step the weight `weight`, so that
+    The integrator's velocity update weights the end of the step with `weight`, so that
 
         (1 - weight) start + weight end = mean;
 
-    `ahead`, a fraction of the step, is the time by which accelerations refer to a later time than states, as in
-    generalised-alpha.
+    `ahead` is the time by which accelerations refer to a later time than states, as in generalised-alpha. It is given
+    as a fraction of the step.
     """
     inside = INSIDE * (end - begin)
     first = np.array([amplitude.at(begin + inside) for amplitude in amplitudes])

@@ -45,9 +45,10 @@ class RotationChart(Protocol):
 
 
 class RotationalInertia:
-    """Rotational inertia of rotation vectors, which are the unknowns numbered `where` (n, 3), of n nodes.
+    """Rotational inertia of n nodes whose unknowns include rotation vectors.
 
-    `J` (n, 3), kg m^2, are the principal moments of inertia of each node.
+    `where` (n, 3) are the numbers of these unknowns, and `J` (n, 3), kg m^2, the principal moments of inertia of each
+    node.
     """
 
     def __init__(self, chart: RotationChart, where: Ints, J: Floats) -> None:

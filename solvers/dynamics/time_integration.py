@@ -21,7 +21,7 @@ from softmark.solvers.dynamics.trajectory import ContactHistory, Diverged, Event
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_contact import FrictionResult, ImpactEvent
 
-NOISE = 1e4  # times the rounding of forces
+NOISE = 1e4  # times the work of rounding errors of forces: smaller energy gains are ignored
 
 Observer = Callable[[Motion], Any]
 
@@ -61,7 +61,7 @@ class _TimeIntegration:
         self.outcomes: list[StepOutcome] = []
         self.events: list[Event] = []
         self.account = EnergyAccount()
-        self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
+        self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # shortest parts in a whole step
 
     def run(self) -> Trajectory:
         """Return the trajectory after all steps. Raises NotConverged."""
@@ -85,9 +85,10 @@ class _TimeIntegration:
     def _advance_whole_step(
         self, number: int, past: StepStart, entry: EnergyEntry, ticks: int
     ) -> tuple[StepStart, EnergyEntry, int]:
-        """Make one step of constant length, in parts if needed; return its end and the size of the next part.
+        """Make one step of constant length, in several parts if parts fail.
 
-        A part has `ticks` units; the shortest part has one.
+        Return its end with the energies, and the size of the next part in units. The first part has `ticks` units; the
+        shortest part has one.
         """
         start = number * self.step
         length = min(self.step, self.duration - start)
@@ -178,7 +179,10 @@ class _TimeIntegration:
         self.observed.append(self.observe(entry.motion))
 
     def _ignored_gain(self, motion: Motion) -> float:
-        """Return 10 000 times the work, J, that rounding errors of forces can do; gains below it are ignored."""
+        """Return a bound of the spurious work of rounding errors in forces, J; smaller energy gains are ignored.
+
+        The bound is 10 000 times the estimate.
+        """
         way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way
 
@@ -239,7 +243,7 @@ class _TimeIntegration:
             return None
         change = impact.mass * (impact.log[-1].velocity - impact.log[0].velocity)
         acts = tuple(seen.acts for seen in impact.log)
-        rigid = len(impact.contacts)  # what pieces of the body do to each other comes after, and gives it nothing
+        rigid = len(impact.contacts)  # later contacts, between pieces of the body, have no resultant
         given = sum((act.step * act.force for seen in acts for act in seen[:rigid]), np.zeros(3))
         impulses = np.vstack([given, self.impulses])
         return ContactHistory(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
@@ -251,5 +255,5 @@ class _TimeIntegration:
 
 
 def _format_ratio(share: float) -> str:
-    """Return a ratio in words, such as `60 % of` or `3.2 times`."""
+    """Return a ratio as text before a noun, such as `60 % of` or `3.2 times`."""
     return f"{100 * share:.0f} % of" if share < 1.0 else f"{share:.3g} times"

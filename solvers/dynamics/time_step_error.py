@@ -178,7 +178,7 @@ def _ritz_vectors(
 
 @dataclass(frozen=True)
 class _Modal:
-    """Modal equations q'' + drag q' + w^2 q = pushes @ amplitudes(t)."""
+    """Modal equations q'' + drag q' + w^2 q = pushes @ amplitudes(t) of k modes under l loads."""
 
     w: Floats  # (k,) rad/s
     alpha: float  # mass-proportional part of the damping, 1/s
@@ -192,7 +192,7 @@ class _Modal:
         return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
 
     def at_first(self, speed: Floats) -> Floats:
-        """Return the accelerations (k,) at time 0."""
+        """Return the modal accelerations (k,) at time 0, from rest with the modal velocities `speed` (k,)."""
         found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.amplitudes]) - self.drag * speed
         return found
 

@@ -30,11 +30,11 @@ from softmark.solvers.linear.factorisations import Singular, factor
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.integrator import Integrator
 
-ITERATIONS = 6  # of inverse iteration: the frequency is then good to a part in a thousand
-SHIFT = 1e-10  # of the largest ratio of stiffness to mass: makes a body that is not held solvable
-RIGID = 1e-8  # of it: below lie motions without strain
+ITERATIONS = 6  # iterations of inverse iteration: the relative error of the frequency is then below 1e-3
+SHIFT = 1e-10  # of the largest ratio of stiffness to mass: shift that makes the matrix of a free body regular
+RIGID = 1e-8  # of the same ratio: below it lie motions without strain
 FEW = 10.0  # steps to a period
-LEAST = 2.0  # steps to the time in which an overdamped body comes back by all but 1/e
+LEAST = 2.0  # least number of steps per time constant of an overdamped body
 WRONG = 0.05  # of its swing, at the end
 
 
@@ -47,11 +47,11 @@ class Resolution:
 
     period: float  # s
     steps: float  # to a period
-    slow: float  # by which part the period is too long
-    kept: float  # of the swing after a period, of what physical damping leaves
-    error: float  # at the end, as a part of its swing at the start
-    motion: str = "vibration"  # or `turn`: the spin that it starts with; `return` to rest, damped over a critical part
-    few: float = FEW  # steps to a period, below which it is doubtful
+    slow: float  # relative error of the period; positive if it is too long
+    kept: float  # amplitude after a period, relative to that with physical damping only
+    error: float  # error at the end of the analysis, relative to the initial amplitude
+    motion: str = "vibration"  # or `turn`: rotation of a free body; or `return`: overdamped return to rest
+    few: float = FEW  # steps per period below which the resolution is doubtful
 
     @property
     def doubtful(self) -> bool:
@@ -174,9 +174,9 @@ def loaded_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -
 def shifted_solver(
     forces: DynamicForces, K: sparse.csr_matrix, M: sparse.csr_matrix
 ) -> tuple[Callable[[Floats], Floats], float] | None:
-    """Return a function that solves systems with K + SHIFT top M, and `top`, (rad/s)^2; None if it is singular.
+    """Return a function that solves systems with K + SHIFT top M, and the number `top`, (rad/s)^2.
 
-    `top` is the largest ratio of diagonal entries of K and M.
+    `top` is the largest ratio of diagonal entries of K and M. Returns None if the matrix is singular.
     """
     top = float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
     try:

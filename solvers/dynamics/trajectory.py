@@ -113,4 +113,4 @@ class MotionNotConverged(static_problem.NotConverged):
 
 
 class Diverged(MotionNotConverged):
-    """Raised if the motion has gained more energy than was supplied; `trajectory` ends there."""
+    """Error raised if the motion has gained more energy than was supplied; its `trajectory` ends there."""

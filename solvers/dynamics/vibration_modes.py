@@ -28,12 +28,12 @@ def lowest_modes(
     Frequencies are ascending, and modes Phi are scaled such that Phi^T M Phi = I. K is symmetric; an unstable one gives
     negative values. M is positive, or zero for unknowns without mass, such as pressures. Small systems are solved
     densely, large ones by Lanczos iteration on K^-1 M (Ericsson and Ruhe 1980), with the factorisation of K from
-    `factorised`. Raises NotSettled, and the errors of the factorisation.
+    `factorised`. Raises ModesNotFound, and the errors of the factorisation.
     """
     n, massive = K.shape[0], bool(np.all(M.diagonal() > 0.0))
     if massive and (n <= SMALL or count >= n // 2):
         found = dense.eigh(K.toarray(), M.toarray(), subset_by_index=(0, min(count, n) - 1))
-        if count >= n // 2 or mode_residual(K, M, *found) <= CLOSE:  # else the stiffest of K is all that is seen of it
+        if count >= n // 2 or mode_residual(K, M, *found) <= CLOSE:  # else rounding of stiff modes dominates
             return found[0], found[1]
     if count >= n // 2:
         raise ModesNotFound(f"the model has too few unknowns for {count} modes")

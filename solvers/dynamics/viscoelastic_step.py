@@ -16,10 +16,10 @@ class StepForces(Protocol):
 
 
 class ViscoelasticStep:
-    """Viscoelastic histories at the start of a step, and provisional ones at the end of a trial step.
+    """Viscoelastic histories at the start of a step, and provisional histories at the end of a trial step.
 
     Forces at the end of the step are those of the energies over the step. With `between`, as for the midpoint rule,
-    they are those over half of it. Forces at its start are those of a step of zero length.
+    they are those over half of the step. Forces at its start are those of a step of zero length.
     """
 
     def __init__(self, memories: BodyHistory, between: bool = False) -> None:
@@ -50,7 +50,7 @@ class ViscoelasticStep:
         self._known = self._next
 
     def stored(self, x: Floats) -> float:
-        """Return the energy of all springs in state x, J."""
+        """Return the elastic energy stored in the body in state x, J, with the provisional history."""
         return self._next.stored(x)
 
     @property

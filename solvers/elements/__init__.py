@@ -1,7 +1,7 @@
 """Finite elements: shape functions, quadrature and geometry of a cell, independent of any material law.
 
-Plane elements are slices of solid elements, one cell thick (plane/). To add an element: write one file with its class
-(element.py lists the members) and add one line to ELEMENTS.
+Plane elements are slices of solid elements, one cell thick (package plane). To add an element: write one file with its
+class (element.py lists the members) and add one line to ELEMENTS.
 """
 
 from __future__ import annotations
@@ -51,11 +51,7 @@ WORDS: Mapping[str, type[Element]] = ChainMap(dict(PLANE), ELEMENTS)  # elements
 
 
 def solid_element_name(name: str) -> str:
-    """Return the name of the solid element for an element name.
-
-    A plane element is a slice of a solid element: the name of that solid element is returned. The name of a solid
-    element is returned unchanged.
-    """
+    """Return the name of the solid element of which a plane element is a slice; other names unchanged."""
     return PLANE[name].slice_of if name in PLANE else name
 
 
@@ -64,7 +60,7 @@ class UnknownElement(ValueError):
 
 
 def element_of(name: str) -> type[Element]:
-    """Return the class of a solid element by its name. Raises UnknownElement."""
+    """Return the class of a solid element by its name, such as `hex8`. Raises UnknownElement."""
     if name not in CELLS:
         raise unknown_element_error(name)
     return CELLS[name]
@@ -76,5 +72,5 @@ def unknown_element_error(name: str) -> UnknownElement:
 
 
 def find_element(word: str) -> type[Element]:
-    """Return the class of a solid or plane element by its name in scenes. Raises UnknownElement."""
+    """Return the class of a solid or plane element by the name used in scenes. Raises UnknownElement."""
     return PLANE[word] if word in PLANE else element_of(word)

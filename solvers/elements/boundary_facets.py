@@ -45,9 +45,9 @@ class Triangle:
 
     @staticmethod
     def rule_from_square(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Map a quadrature rule from the square [-1, 1]^2 to the triangle: return points (q, 2) and weights (q,).
+        """Map a quadrature rule from the square [-1, 1]^2 to the triangle, as points (q, 2) and weights (q,).
 
-        `a` and `b` (q,) are the coordinates of the rule's points on the square, `w` (q,) the weights.
+        `a` and `b` (q,) are the coordinates of the rule's points on the square, and `w` (q,) its weights.
         """
         a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
         return np.stack([a, (1.0 - a) * b], axis=1), 0.25 * w * (1.0 - a)
@@ -91,7 +91,10 @@ class Tri3(Triangle):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return one point, the centroid (1, 2), and its weight (1,): exact, since the triangle stays flat."""
+        """Return the centroid as the only point (1, 2), and its weight (1,).
+
+        The rule is exact for a pressure, because the triangle stays flat.
+        """
         return np.full((1, 2), 1 / 3), np.full(1, 0.5)
 
     @staticmethod
@@ -122,7 +125,8 @@ class Tri6(Triangle):
     def quadrature() -> tuple[Floats, Floats]:
         """Return six points (6, 2) and weights (6,), exact for polynomials of degree four.
 
-        This degree is that of N times the area vector. Source: Strang and Fix (1973); Dunavant (1985).
+        This is the degree of a shape function times the area vector of the deformed facet.
+        Source: Strang and Fix (1973); Dunavant (1985).
         """
         a, b = 0.445948490915965, 0.091576213509771
         wa, wb = 0.111690794839005, 0.054975871827661
@@ -155,7 +159,10 @@ class Quad4(Quadrilateral):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return two by two Gauss points (4, 2) and weights (4,): exact for N times the area vector."""
+        """Return two by two Gauss points (4, 2) and weights (4,).
+
+        The rule is exact for a shape function times the area vector of the deformed facet.
+        """
         g = 3**-0.5
         return np.array([(-g, -g), (g, -g), (g, g), (-g, g)]), np.ones(4)
 
@@ -190,7 +197,10 @@ class Quad8(Quadrilateral):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return three by three Gauss points (9, 2) and weights (9,): exact for N times the area vector."""
+        """Return three by three Gauss points (9, 2) and weights (9,).
+
+        The rule is exact for a shape function times the area vector of the deformed facet.
+        """
         return quadratic_shape_functions.gauss_rule(2)
 
     @staticmethod
@@ -223,7 +233,10 @@ class Quad9(Quadrilateral):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return three by three Gauss points (9, 2) and weights (9,): exact for N times the area vector."""
+        """Return three by three Gauss points (9, 2) and weights (9,).
+
+        The rule is exact for a shape function times the area vector of the deformed facet.
+        """
         return quadratic_shape_functions.gauss_rule(2)
 
     @staticmethod

@@ -1,8 +1,8 @@
 """Interfaces of an element and of a boundary facet.
 
-The class of an element derives from its reference cell (reference_cells.py). The class of a facet derives from its
-reference triangle or square (boundary_facets.py). These base classes provide everything that depends only on the
-geometry.
+The class of an element derives from its reference cell (reference_cells.py, reference_wedge.py). The class of a facet
+derives from its reference triangle or square (boundary_facets.py). These base classes provide everything that depends
+only on the geometry.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Facet(Protocol):
     between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
     triangles: ClassVar[tuple[tuple[int, int, int], ...]]  # split into triangles over its nodes, oriented alike
     integrand_degree: ClassVar[int]  # of shape function times area vector: total on triangles, else per coordinate
-    bend: ClassVar[int]  # degree of x over any triangle in local coordinates, at least two
+    bend: ClassVar[int]  # degree of the map x(xi) in local coordinates of any triangle, at least two
     monomials: ClassVar[Rows]  # exponents of xi, eta of the monomials in its shape functions
 
     # ---- defined by the reference triangle or square
@@ -51,7 +51,7 @@ class Facet(Protocol):
     def powers(degree: int) -> Floats:
         """Return the exponents (k, 2) of the monomials in xi and eta up to a degree.
 
-        Triangles count the total degree, squares the degree in each coordinate.
+        On triangles it is the total degree, on squares the degree in each coordinate.
         """
 
     @staticmethod
@@ -133,7 +133,7 @@ class Element(Protocol):
 
     @staticmethod
     def random_points(rng: np.random.Generator, count: int) -> Floats:
-        """Return uniformly distributed random local points (count, 3)."""
+        """Return random local points (count, 3), uniformly distributed in the reference cell."""
 
     @staticmethod
     def children() -> Floats:
@@ -153,4 +153,4 @@ class Element(Protocol):
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattice points (k, 3) in each of the eight parts of the reference cell."""
+        """Return for each of the eight parts of the reference cell the points (k, 3) of a lattice of this degree."""

@@ -1,6 +1,6 @@
 """Moment-fitted quadrature on a part of a facet: fixed points, with weights that depend on the part.
 
-The weights are exact for a pressure on the part while the facet deforms. The weight of a point is the integral over the
+For a pressure on the part, the rule stays exact while the facet deforms. The weight of a point is the integral over the
 part of a basis polynomial, which is one at this point and zero at all other points.
 """
 
@@ -22,9 +22,9 @@ else:
 
 @cache
 def _monomial_exponents(nodes: int) -> Floats:
-    """Return the exponents (q, 2) of the monomials that a pressure on a facet with `nodes` nodes leads to.
+    """Return the exponents (q, 2) of the monomials for a facet with `nodes` nodes.
 
-    The degree is the total degree on triangles and the degree in each coordinate on squares.
+    They span the integrands of a pressure: a shape function times the area vector.
     """
     return FACETS[nodes].powers(FACETS[nodes].integrand_degree)
 
@@ -66,7 +66,7 @@ def full_facet_weights(nodes: int) -> Floats:
 
 @cache
 def gauss_rule(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
-    """Return n^2 Gauss points (q, 2) and weights (q,) of a facet, for smooth functions that are not polynomials.
+    """Return a Gauss rule of a facet with n^2 points (q, 2) and weights (q,), for functions that are no polynomials.
 
     The area of a curved facet is the integral of such a function.
     """

@@ -47,5 +47,5 @@ class QuadraticHexahedron(Hexahedron):
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Return the points (27, 3) and weights (27,) of `quadrature`: exact for the mass in box-shaped cells."""
+        """Return the points (27, 3) and weights (27,) of `quadrature`, exact for the mass of box-shaped cells."""
         return quadratic_shape_functions.gauss_rule(3)

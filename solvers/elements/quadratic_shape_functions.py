@@ -37,7 +37,7 @@ def lagrange(places: Floats, xi: Floats) -> Floats:
 
 
 def lagrange_gradient(places: Floats, xi: Floats) -> Floats:
-    """Return dN/dxi (m, a, d) of the Lagrange shape functions of nodes at `places` (a, d), at xi (m, d)."""
+    """Return dN/dxi (m, a, d) of the Lagrange shape functions of nodes at `places` (a, d), at points xi (m, d)."""
     return _differentiate_products(*_polynomials_with_derivatives(places, xi))
 
 
@@ -50,7 +50,7 @@ def _polynomials_with_derivatives(places: Floats, xi: Floats) -> tuple[Floats, F
 def _evaluate_lagrange(p: Floats, t: Floats) -> Floats:
     """Return the values at t of the quadratic Lagrange polynomials of the nodes -1, 0 and 1.
 
-    `p` selects the node at which the polynomial is one.
+    `p` selects the node, -1, 0 or 1, at which the polynomial is one.
     """
     found: Floats = np.where(p == 0.0, 1.0 - t**2, 0.5 * t * (t + p))
     return found
@@ -86,7 +86,7 @@ def _factors_with_derivatives(places: Floats, xi: Floats) -> tuple[Floats, Float
 
 
 def _serendipity_factors(p: Floats, t: Floats) -> Floats:
-    """Return the factors at t: 1 - t^2 for nodes with coordinate p = 0, else 1 + p t."""
+    """Return one factor of each serendipity function at t: 1 - t^2 for a node coordinate p = 0, else 1 + p t."""
     found: Floats = np.where(p == 0.0, 1.0 - t**2, 1.0 + p * t)
     return found
 

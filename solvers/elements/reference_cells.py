@@ -88,8 +88,8 @@ class Tetrahedron:
     def children() -> Floats:
         """Return the local corners (8, 4, 3) of the eight tetrahedra into which the cell is split.
 
-        One lies at each corner. The other four fill the remaining octahedron around its diagonal between the middles of
-        the edges 02 and 13.
+        One of them lies at each corner. The other four fill the remaining octahedron around its diagonal between the
+        middles of the edges 02 and 13.
         Source: Bey (1995).
         """
         rim = Tetrahedron.rim()
@@ -128,7 +128,7 @@ class Tetrahedron:
     @staticmethod
     @cache
     def powers(degree: int) -> Ints:
-        """Return the exponents (k, 4) of all monomials in the barycentric coordinates of a total degree."""
+        """Return the exponents (k, 4) of all monomials of a total `degree` in the four barycentric coordinates."""
         return np.array([p for p in product(range(degree + 1), repeat=4) if sum(p) == degree])
 
     @staticmethod
@@ -148,9 +148,9 @@ class Tetrahedron:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattice points (k, 3) in each of eight parts of the tetrahedron.
+        """Return the lattice points (k, 3) of this degree in each of the eight parts of the tetrahedron.
 
-        The corners of the parts are the corners and the edge middles of the tetrahedron.
+        Corners of the parts are the corners and the edge middles of the tetrahedron.
         """
         v = Tetrahedron.rim()
         m = {(a, b): 0.5 * (v[a] + v[b]) for a in range(4) for b in range(a + 1, 4)}
@@ -251,7 +251,7 @@ class Hexahedron:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattice points (k, 3) in each of the eight cubes into which the cell is split."""
+        """Return the lattice points (k, 3) of this degree in each of the eight cubes into which the cell is split."""
         at = Hexahedron.lattice(degree)
         return [0.5 * (at + np.array(corner)) for corner in product((-1.0, 1.0), repeat=3)]
 
@@ -274,7 +274,7 @@ def conical_product_rule(n: int) -> tuple[Floats, Floats]:
 def determinants(J: Any) -> Floats:
     """Return the determinants (...) of matrices J (..., 3, 3) as triple products of their rows.
 
-    Unlike by an LU factorisation, small determinants are accurate to the last digit.
+    Small determinants are accurate to the last digit, which they are not by LU factorisation.
     """
     det: Floats = np.einsum("...i,...i->...", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
     return det

@@ -42,7 +42,7 @@ class Wedge:
     split: ClassVar[tuple[Rows, Rows]] = (
         ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)),
         ((0, 1, 3, 4, 5, 7), (1, 2, 3, 5, 6, 7)),
-    )  # diagonals of neighbours in a grid meet: no direction is the stiffer one
+    )  # diagonals of neighbouring cells meet at common points, so that no direction is stiffer
     warps: ClassVar[bool] = True
 
     @staticmethod
@@ -127,7 +127,7 @@ class Wedge:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattice points (k, 3) in each of the eight wedges into which the cell is split."""
+        """Return the lattice points (k, 3) of this degree in each of the eight wedges into which the cell is split."""
         at = Wedge.lattice(degree)
         L, t = Tri3.shape(at[:, :2]), 0.5 * (1.0 + at[:, 2:])
         return [np.concatenate([L * (1.0 - t), L * t], axis=1) @ part for part in Wedge.children()]

@@ -28,7 +28,10 @@ def circumference_in_slices(r: Floats, depth: float) -> Floats:
 
 
 class SliceEnergy(Protocol):
-    """Interface of an energy over cells (m, a) of a meridian slice, with integration volumes w (m, q), m^3."""
+    """Interface of an energy over the cells of a meridian slice; `w` (m, q), m^3, are its integration volumes.
+
+    `cells` (m, a) are the node numbers of each cell.
+    """
 
     @property
     def cells(self) -> Ints: ...

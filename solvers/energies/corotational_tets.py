@@ -70,7 +70,7 @@ class CorotationalTets(LaggedTangentEnergy):
 
     @property
     def lagged_size(self) -> int:
-        """Number of values that a lagged tangent stores per state: tr(S - I) of each cell."""
+        """Number of values that a lagged tangent stores per state: one for each cell, tr(S - I)."""
         return len(self.cells)
 
     def rounding(self, x: Floats) -> float:
@@ -192,7 +192,10 @@ def invariants(
 
 @part
 def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) -> None:
-    """Compute the largest roots x of (x^2 - 1)^2 = 8 det x + q, and the last Newton steps (`polar_decomposition`)."""
+    """Compute the sums x (count,) of principal stretches of F/|F|: the largest roots of (x^2 - 1)^2 = 8 det x + q.
+
+    `step` gets the last Newton steps; `det` and q are results of `invariants`.
+    """
     for j in range(count):
         x[j] = math.sqrt(1.0 + math.sqrt(q[j] + 8.0 * math.sqrt(3.0) * max(det[j], 0.0)))
     for _ in range(12):
@@ -212,7 +215,7 @@ def rotation(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
     norm: float, det: float, x: float, step: float, memory: Floats,
 ) -> Nine:  # fmt: skip
-    """Return the rotation nearest to F, row by row (`polar_decomposition.rotation`); NaN if F is not finite."""
+    """Return the rotation nearest to F, row by row, from |F|, det F/|F| and `stretch_sums`; NaN if F is not finite."""
     s = 1.0 / norm if norm > 0.0 else 0.0
     g00, g01, g02 = s * f00, s * f01, s * f02
     g10, g11, g12 = s * f10, s * f11, s * f12
@@ -277,10 +280,7 @@ def rotation(
 def _scaled_symmetric_inverse(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
-    """Return the six distinct entries of Y = c A^-1, A symmetric.
-
-    Eigenvalues are raised to at least FLOOR in A and `lowest` in Y.
-    """
+    """Return the six entries of Y = c A^-1, A symmetric; eigenvalues of A are at least FLOOR, those of Y `lowest`."""
     k00, k11, k22 = a11 * a22 - a12 * a12, a00 * a22 - a02 * a02, a00 * a11 - a01 * a01
     k01, k02, k12 = a02 * a12 - a01 * a22, a01 * a12 - a02 * a11, a01 * a02 - a00 * a12
     det = a00 * k00 + a01 * k01 + a02 * k02
@@ -308,7 +308,7 @@ def _scaled_symmetric_inverse(
 def _gather_deformation_gradients(
     u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
 ) -> None:  # fmt: skip
-    """Compute F (count, 9) of `count` cells from the cell `begin` on, and the invariants that `stretch_sums` needs."""
+    """Compute F (count, 9) of `count` cells from the cell `begin` on, and the three `invariants` of each."""
     for j in range(count):
         e = begin + j
         n0 = cells[e, 0]

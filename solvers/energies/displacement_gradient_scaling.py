@@ -23,8 +23,8 @@ AGREEING = 1e-12  # relative rounding error of a law
 def find_scale(reach: float, linear: bool, largest: Callable[[float], float], kind: Any = np.float64) -> float:
     """Return the power of two, 1 or more, by which displacements are magnified.
 
-    `reach` is an upper bound of |H|. `largest` returns the largest |H| for displacements multiplied by its argument.
-    `linear` says that the stress is linear in H.
+    `reach` is an upper bound of |H|, the displacement gradient. `largest` is a function: it returns the largest |H| if
+    displacements are multiplied by its argument. `linear` is True if the stress is linear in H.
     """
     if not 0.0 < reach < (1.0 if linear else SMALL):
         return 1.0

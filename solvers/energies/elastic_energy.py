@@ -41,14 +41,17 @@ class VaryingLaw(Protocol):
     law: Any  # with its constants as arrays (m, q)
 
     def of(self, which: Any, kind: Any = None) -> Any:
-        """Return the law of the cells `which`, with constants of the floating-point type `kind` if given."""
+        """Return the law of the cells `which`, with constants of the floating-point type `kind` if it is given."""
 
     def at_rest(self, measure: Callable[[Floats], Floats]) -> Floats:
-        """Return `measure` of the tensors dP/dF (k, 3, 3, 3, 3) in the undeformed state, at every point (m, q)."""
+        """Return a measure (m, q) of the stiffness of the undeformed material at every point.
+
+        `measure` maps tensors dP/dF (k, 3, 3, 3, 3), Pa, to numbers (k,).
+        """
 
 
 class DampedLaw(Protocol):
-    """Interface of a law used for stiffness-proportional damping."""
+    """Interface of a law whose stiffness is used for stiffness-proportional damping."""
 
     def dPdF_projected(self, F: Floats) -> Floats:
         """Return a positive semi-definite stiffness (n, 3, 3, 3, 3), Pa, for deformation gradients F (n, 3, 3)."""
@@ -245,7 +248,7 @@ class Elastic(Energy):
     def _add_invariant_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
         """Add the tangent stiffness of an `InvariantLaw`, N/m, without forming fourth-order tensors.
 
-        `more` (m, q), Pa, if given, is added to the factor s of the law.
+        `more` (m, q), Pa, if given, is an additional pressure: it is added to the factor s = dpsi/dJ of the law.
         """
         with np.errstate(all="ignore"):
             for some, h, i, j in self._points(x):
@@ -257,7 +260,7 @@ class Elastic(Energy):
                 element_kernels.add_invariant_stiffness(*numbers, some.start, scale, slots[some], data)
 
     def _some(self) -> Iterator[slice]:
-        """Yield slices of the cells, each with about POINTS integration points."""
+        """Yield slices of the cells that together cover all cells, each with about POINTS integration points."""
         cells = max(1, POINTS // self.w.shape[1])
         return (slice(at, min(at + cells, len(self.w))) for at in range(0, len(self.w), cells))
 

@@ -18,12 +18,12 @@ Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to th
 class ElementCorotational(Energy):
     """Corotational element energy with nodal forces R K (R^T x - X), where R is one rotation per cell.
 
-    R is the rotation nearest to the mean F of the cell, and x are here the deformed positions. `X` (n, 3) are the
-    undeformed positions in m, `cells` (m, a) the nodes of each cell, `G` (m, a, 3) the mean shape-function gradients in
-    1/m, and `K` (m, 3a, 3a) the element stiffness at rest in N/m; `polar` computes rotations. In the frame of R, the
-    forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any energy,
-    because R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron the
-    forces equal those of the law `Corotational`.
+    R is the rotation nearest to the mean F of the cell, and x are the deformed positions. `X` (n, 3) are the undeformed
+    positions in m, `cells` (m, a) the nodes of each cell, `G` (m, a, 3) the mean shape-function gradients in 1/m, and
+    `K` (m, 3a, 3a) the element stiffness at rest in N/m. The function `polar` returns the rotations nearest to F (m, 3,
+    3). In the frame of R, the forces are those of linear elasticity. In a cell of more than four nodes they are not the
+    derivative of any energy, because R depends on the nodes too. The tangent here is exact and not symmetric. In a
+    four-node tetrahedron the forces equal those of the law `Corotational`.
     Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).
     """
 

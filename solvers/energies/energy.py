@@ -35,7 +35,10 @@ class Energy(Protocol):
 
     @property
     def has_friction(self) -> bool:
-        """True if the energy contains friction that is not lagged yet: only its `lagged` form has a potential."""
+        """True if the energy contains friction that depends on the present pressure, which has no potential.
+
+        Its method `lagged` returns the energy with constant friction limits, which has a potential.
+        """
         return False
 
     @property
@@ -59,7 +62,7 @@ class Energy(Protocol):
         """
 
     def rounding(self, x: Floats) -> float:
-        """Return the norm of the rounding error in the gradient, N; smaller residuals are as good as zero."""
+        """Return the norm of the rounding error in the gradient, N; a residual below it counts as zero."""
 
 
 class DampedEnergy(Energy):
@@ -141,7 +144,7 @@ class Space(Protocol):
         """Number of degrees of freedom."""
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """Return the state reached from x by the increment d (dofs,)."""
+        """Return the state that follows from the state x by the increment d (dofs,)."""
 
 
 @dataclass(frozen=True)

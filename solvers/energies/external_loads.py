@@ -75,7 +75,7 @@ class AffineMassForces(Energy):
         np.subtract.at(g.reshape(-1, 3), self.cells, scale * forces)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Subtract M_ab gradient; skip it in a projected tangent, which must stay definite."""
+        """Subtract the load stiffness M_ab `gradient`, N/m, unless `projected`: that tangent must stay definite."""
         if not projected:
             blocks = np.einsum("mab,ij->maibj", self.masses, -scale * self.gradient)
             add_blocks(blocks.reshape(slots.shape), slots, data)
@@ -92,7 +92,7 @@ class FollowerPressure(Energy):
     Facets have three, six or four nodes. The force on node a is -p int N_a (dx/dxi x dx/deta) dxi deta, by exact
     quadrature. The tangent is not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there
     is no potential. If the pressure acts on parts of facets, `weights` are the quadrature weights of these parts, at
-    the points of `elements.moment_fitting`, which integrate parts exactly too.
+    the points of elements/moment_fitted_quadrature.py, which integrate parts exactly too.
     """
 
     points: Floats  # (n, 3) undeformed
@@ -128,7 +128,7 @@ class FollowerPressure(Energy):
         return np.einsum("qk,fki->fqi", first, y), np.einsum("qk,fki->fqi", second, y)
 
     def _weights_at(self, x: Floats) -> Floats:
-        """Return the quadrature weights (1 or f, q) in the state x."""
+        """Return the quadrature weights (1 or f, q) in the state x; here they do not depend on x."""
         return self._rule[3]
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:

@@ -50,7 +50,7 @@ class RodElastic(RodElementEnergy):
         return RodElements.of(self.rest, self.elements, self.lengths).strains
 
     def stiffened(self, stiffness: VaryingStiffness, offset: Floats) -> RodElastic:
-        """Return the same rod with other stiffnesses and another strain offset, reusing cached data."""
+        """Return the same rod with other stiffnesses and another strain offset; its undeformed state is reused."""
         made = replace(self, stiffness=stiffness, offset=offset)
         vars(made).update(lengths=self.lengths, rest_strains=self.rest_strains)
         return made
@@ -78,11 +78,12 @@ class RodElastic(RodElementEnergy):
         return float(np.sum(energies[list(self.stiffness.rigid)])) / total if total > 0 else 0.0
 
     def with_multipliers(self, x: Floats) -> RodElastic:
-        """Return the rod whose rigid modes carry the forces that they have in x without strain.
+        """Return the rod with a Lagrange multiplier for each rigid mode: the force that the mode has in state x.
 
-        This is the method of multipliers (Hestenes 1969, Powell 1969). The present strain of the rigid modes is added
-        to `offset`, so that stiffness times offset is the Lagrange multiplier. In a cantilever solved again from x, the
-        remaining strain of these modes falls a millionfold, for one or two more Newton steps.
+        This is the method of multipliers (Hestenes 1969, Powell 1969). The strain that the rigid modes have in x is
+        added to `offset`, so that stiffness times offset is the multiplier, and the force remains without strain. In a
+        cantilever solved again from x, the remaining strain of these modes falls a millionfold, for one or two more
+        Newton steps.
         """
         rigid = list(self.stiffness.rigid)
         offset = np.broadcast_to(self.offset, (len(self.elements), 6)).copy()

@@ -34,7 +34,7 @@ def cross_matrix(a: Floats) -> Floats:
 
 
 class RodElementEnergy(Energy):
-    """An energy that is a sum over two-node rod elements, in the quaternion state of static analysis."""
+    """An energy that is a sum over two-node rod elements; a state holds position and quaternion of each node."""
 
     if TYPE_CHECKING:
 

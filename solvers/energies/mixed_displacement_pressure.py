@@ -152,11 +152,10 @@ class MixedSolid(Energy):
 
     @cached_property
     def spare(self) -> Floats:
-        """Diagonal shift (dofs,), N/m, of the pressure equations.
+        """Diagonal shift (dofs,), N/m, of the pressure equations; entries of displacements are zero.
 
         With it the tangent matrix can be factorised without pivoting. It corresponds to an additional compliance SLACK
-        / shear modulus, 1/Pa, whose effect iterative refinement removes (linear/saddle_point.py). Entries of
-        displacements are zero.
+        / shear modulus, 1/Pa, whose effect iterative refinement removes (linear/saddle_point.py).
         """
         spare = np.zeros(self.dofs)
         np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._integrate(self.w))
@@ -227,7 +226,10 @@ class MeanDilatation(Energy):
         return V
 
     def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
-        """Return the energy whose tangent uses the pressures M (g + dg/du . d) predicted for a step d from x."""
+        """Return the energy whose tangent uses the cell pressures predicted at the end of a step d from the state x.
+
+        The predicted pressures are M (g + dg/du . d), Pa, to first order in d.
+        """
         F = self.F(x)
         H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
         G = self.constraint.gradient(F).reshape(H.shape)
@@ -235,7 +237,7 @@ class MeanDilatation(Energy):
         return replace(self, expected=self.bulk * (self._mean_constraint_values(F) + grown))
 
     def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
-        """Return the energy whose tangent uses the pressures that another volume constraint gives in state x."""
+        """Return the energy whose tangent uses the cell pressures computed from the given constraint in state x."""
         return replace(
             self, expected=self.bulk * replace(self, constraint=constraint)._mean_constraint_values(self.F(x))
         )

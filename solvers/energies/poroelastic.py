@@ -52,9 +52,10 @@ class PermeabilityLaw(Protocol):
 class PoroelasticSolid(MixedSolid):
     """Mixed energy of a porous solid over a time step of `span` s, during which its fluid flows.
 
-    It is a `MixedSolid` without compliance. `owed` (b,), m^3, is the right-hand side of the fluid equation at each
-    pressure. `dNpdX` (m, q, b, 3), 1/m, are the gradients of the pressure shape functions. `turns` is False for small
-    strains, where K = k. Pressures in the state are positive in tension, as in `MixedSolid`.
+    It is a `MixedSolid` without compliance. `owed` (b,), m^3, is the right-hand side of the fluid equation at each of
+    the b pressure nodes. `dNpdX` (m, q, b, 3), 1/m, are the gradients of the pressure shape functions, and `pores` is
+    the permeability law. `turns` is False for small strains, where K = k. Pressures in the state are positive in
+    tension, as in `MixedSolid`.
     """
 
     dNpdX: Floats = field(kw_only=True)
@@ -70,11 +71,11 @@ class PoroelasticSolid(MixedSolid):
         return self._shape.value(self.displacements(x))
 
     def volumes(self, x: Floats) -> Floats:
-        """Return the volume changes int N_b (J - 1) dV at the pressures (b,), m^3."""
+        """Return the volume change int N_b (J - 1) dV at each pressure node (b,), m^3."""
         return self._sum_at_pressures((self.w * self._constraint(x)) @ self.Np)
 
     def inflow(self, x: Floats) -> Floats:
-        """Return the inflow rates -int grad N_b . K grad p dV at the pressures (b,), m^3/s."""
+        """Return the fluid inflow rate -int grad N_b . K grad p dV at each pressure node (b,), m^3/s."""
         return self._sum_at_pressures(
             -np.einsum("mq,mqbI,mqI->mb", self.w, self.dNpdX, self._negative_fluid_flux(x), optimize=True)
         )
@@ -91,7 +92,7 @@ class PoroelasticSolid(MixedSolid):
         return found
 
     def _sum_at_pressures(self, each: Floats) -> Floats:
-        """Return the sums of cell values (m, b) at each pressure (count,)."""
+        """Return the sum of cell values (m, b) at each pressure node (count,)."""
         found = np.zeros(self.dofs - 3 * self.nodes)
         np.add.at(found, self.pressures - 3 * self.nodes, each)
         return found
@@ -164,10 +165,10 @@ class PoroelasticSolid(MixedSolid):
 
 @dataclass(frozen=True)
 class FirstStage:
-    """Results of the first stage of a time step, which the second stage needs.
+    """Results of the first of the two stages of a time step, which the second stage needs.
 
-    `span` is its duration, s. `gained` and `left` (b,), m^3, are the fluid volume gained and the volume that left at
-    prescribed pressures. `heat` is the dissipated power, W.
+    `span` is its duration, s. `gained` (b,), m^3, is the fluid volume gained at each pressure node, and `left` (b,),
+    m^3, the volume that left the body at nodes of prescribed pressure. `heat` is the dissipated power, W.
     """
 
     span: float
@@ -179,17 +180,17 @@ class FirstStage:
 
 @dataclass(frozen=True, eq=False)
 class PoreFluid(EnergyHistory):
-    """Pore-fluid state of a porous solid, carried from time step to time step.
+    """Pore-fluid state of a porous solid, carried from time step to time step; there are b pressure nodes.
 
-    - `account` (b,), m^3: volume gained since rest at each pressure. The balance error of a step stays in it, so that
-    the next step corrects it.
-    - `held` (b,): prescribed pressures; `out` (b,), m^3: outflow through them.
+    - `account` (b,), m^3: fluid volume gained since rest. It keeps the balance error of a step, so that the next step
+    corrects this error.
+    - `held` (b,): mask of nodes with prescribed pressure; `out` (b,), m^3: volume that left the body at these nodes.
     - `volumes` (b,), m^3: current volume changes.
     - `lost`, J: dissipated energy; `pumped`, J: work of prescribed pressures.
-    - `moved`, m^3: volume moved inside the body; `passed`, m^3: volume that entered or left it.
-    - `pressed`, Pa: largest pressure so far.
-    - `rough`, m^3: difference between the last step and a first-order method. It is an error estimate of a short step.
-    If the fluid comes to rest within the step, it is all volume moved in it.
+    - `moved`, m^3: fluid volume moved inside the body so far; `passed`, m^3: volume that entered or left the body.
+    - `pressed`, Pa: largest pore pressure so far.
+    - `rough`, m^3: error estimate of the last step, its difference from a first-order method. After a jump it is the
+    volume moved in the jump, or `moved` if the jump moved more than the fraction SEEN of it.
     """
 
     energy: PoroelasticSolid
@@ -217,15 +218,15 @@ class PoreFluid(EnergyHistory):
         return self.account if self.stage is None else self.account + AFTER * self.stage.gained
 
     def over(self, h: float) -> Energy:
-        """Return the energy of the next stage.
+        """Return the energy of the next stage of the time step.
 
-        For the first stage, h is its duration, s, the fraction INNER of a step. The second stage has the same duration
-        and ends with the step.
+        h, s, is the duration of the first stage, which is the fraction INNER of the step. In the second stage h is
+        ignored: it has the duration of the first stage and ends with the step.
         """
         return replace(self.energy, owed=self._fluid_right_hand_side, span=h if self.stage is None else self.stage.span)
 
     def accepted(self, x: Floats, h: float) -> PoreFluid:
-        """Return the pore fluid after a stage that ends in state x, or after a jump with h = 0."""
+        """Return the pore fluid after a stage of h seconds that ends in state x, or after a jump if h = 0."""
         owed, span = self._fluid_right_hand_side, h if self.stage is None else self.stage.span
         V, flow, heat = self.energy.volumes(x), span * self.energy.inflow(x), self.energy.heat(x)
         now = np.where(self.held, V, owed + flow)
@@ -256,13 +257,13 @@ class PoreFluid(EnergyHistory):
 
     @property
     def balance(self) -> float:
-        """Relative error of the fluid balance: |volume gained + volume that left| over the volume moved."""
+        """Relative error of the fluid balance: |volume gained + volume that left| over the volume moved so far."""
         amiss = max(0.0, abs(float(self.volumes.sum()) + float(self.out.sum())) - self._volume_tolerance)
         return amiss / (self.moved + self.passed) if amiss else 0.0
 
     @property
     def unresolved(self) -> float:
-        """Ratio of the error estimate `rough` of the last step to all volume moved inside the body."""
+        """Ratio of the error estimate `rough` of the last step to the fluid volume `moved` inside the body so far."""
         return self.rough / self.moved if self.moved > self._volume_tolerance else 0.0
 
     @property

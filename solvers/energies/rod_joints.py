@@ -62,9 +62,10 @@ class Joints:
         return found.ravel()
 
     def blocks(self, stencils: Ints) -> tuple[Ints, Floats]:
-        """Return the stencils of the points and d(node)/d(point) (m, k, k), for stencils of nodes (m, k).
+        """Return stencils over unknowns of points, and the derivatives of node unknowns by these.
 
-        Raises ValueError if a stencil contains only part of a node's rotation.
+        The given stencils (m, k) number unknowns of nodes, and the result the corresponding unknowns of points. The
+        derivatives have the shape (m, k, k). Raises ValueError if a stencil contains only part of a node's rotation.
         """
         node, part = stencils // 6, stencils % 6
         one = (node[:, :, None] == node[:, None, :]) & (part[:, :, None] // 3 == part[:, None, :] // 3)
@@ -78,9 +79,10 @@ class Joints:
 
 @dataclass(frozen=True)
 class JointedRods(Energy):
-    """A rod `energy` whose unknowns are the displacements and rotations of the points, which map to all nodes.
+    """Energy of a rod as a function of the displacements and rotations of its joint points, which all nodes follow.
 
-    The state still holds all nodes.
+    `energy` is the energy as a function of the nodes. In statics the state holds the positions and quaternions of all
+    nodes, and only increments are those of the points.
     """
 
     energy: Energy

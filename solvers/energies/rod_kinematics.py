@@ -38,7 +38,10 @@ _EYE3, _EYE4 = np.eye(3), np.eye(4)
 
 
 def _derivative_map() -> Floats:
-    """Return the constant matrix (12, 96) that maps (q_a, q_b, c) to derivatives (8, 12) of p and c by the 12 dofs."""
+    """Return the constant matrix (12, 96) that maps (q_a, q_b, c) to derivatives (8, 12) of p and c by the 12 dofs.
+
+    q_a and q_b are the node quaternions, p = q_a + q_b and c = conj(q_a) q_b.
+    """
     S = np.zeros((3, 4, 2, 4, 12))
     behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
     S[0, :, 0, :, 3:6] = S[1, :, 0, :, 9:] = S[2, :, 1, :, 9:] = behind
@@ -85,9 +88,10 @@ def _moment_derivative_map() -> Floats:
 
 
 def _second_derivative_map() -> Floats:
-    """Return the constant matrix (17, 144) that maps products to the second derivatives of y by the 12 dofs.
+    """Return the constant matrix (17, 144) that maps products to second derivatives of y by the 12 dofs.
 
-    The products (17,) are t_l c_n (16,) and t . q_a, formed in `RodElements._second_derivative_products`.
+    y = (d, p, c) is described in the module docstring. The products (17,) are t_l c_n (16,) and t . q_a, formed in
+    `RodElements._second_derivative_products`.
     """
     M = np.zeros((17, 12, 12))
     mixed = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 3, 3) / 4  # -e_i c e_j / 4
@@ -168,7 +172,7 @@ class ElementRotations:
 
     @cached_property
     def steps(self) -> Floats:
-        """Derivative of y = (d, p, c) by the 12 degrees of freedom, (n, 11, 12)."""
+        """Derivative of y = (d, p, c) by the 12 degrees of freedom, (n, 11, 12), with d = x_b - x_a."""
         found = np.empty((len(self.c), 11, 12))
         found[:, D] = _APART
         known = np.concatenate([self.q_a, self.q_b, self.c], axis=1)
@@ -225,7 +229,7 @@ class RodElements:
 
     @cached_property
     def _strain_derivative(self) -> Floats:
-        """Derivative of (l Gamma, l K) by y, (n, 6, 11)."""
+        """Derivative (n, 6, 11) of (l Gamma, l K) by y = (d, p, c); d = x_b - x_a, p and c as in `turns`."""
         turns = self.turns
         found = np.zeros((len(self.l), 6, 11))
         p = turns.p / turns.rho[:, None]
@@ -266,9 +270,10 @@ class RodElements:
         return np.asarray(H).reshape(n, 12, 12)
 
     def _force_second_derivatives(self, force: Floats, t: Floats) -> Floats:
-        """Return second derivatives of u = force . l Gamma by (d, p), (n, 7, 7); t (n, 7) are the first derivatives.
+        """Return second derivatives (n, 7, 7) of u = force . l Gamma by (d, p), with d = x_b - x_a and p = q_a + q_b.
 
-        With N = rho u: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
+        `force` (n, 3) is constant, and t (n, 7) are the first derivatives of u. With N = rho u and rho = |p|^2: u_mn =
+        (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
         """
         p = self.turns.p
         parts = np.empty((len(p), 50))
@@ -279,10 +284,11 @@ class RodElements:
         return np.asarray((parts @ _FORCE).reshape(-1, 7, 7))
 
     def _second_derivative_products(self, t: Floats) -> Floats:
-        """Return the products (n, 17) that the second derivatives of y depend on, for derivatives t by y (n, 11).
+        """Return the products (n, 17) of components on which the second derivatives of y = (d, p, c) depend.
 
-        q exp(phi / 2) = q + ... - |phi|^2 q / 8. So each node adds -(t . q) / 4 to its rotational diagonal, and c adds
-        a similar term. Only the directions of c and p matter, so that t . c and t . p vanish and t . q_b = -t . q_a.
+        t (n, 11) are derivatives of an energy by y. q exp(phi / 2) = q + ... - |phi|^2 q / 8. So each node adds -(t .
+        q) / 4 to its rotational diagonal, and c adds a similar term. Only the directions of c and p matter, so that t .
+        c and t . p vanish and t . q_b = -t . q_a.
         """
         parts = np.empty((len(t), 17))
         parts[:, :16] = outer(t[:, C], self.turns.c)

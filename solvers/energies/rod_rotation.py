@@ -124,7 +124,7 @@ def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
 
 
 def _half_angle_series(s: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Return `half_angle_slopes` from power series in z = m / s^2."""
+    """Return `half_angle_slopes` from power series in z = |v|^2 / s^2, for quaternions (s, v)."""
     powers = np.ones((*z.shape, 16))
     square = z[..., None]
     for k in (1, 2, 4, 8):

@@ -1,4 +1,4 @@
-"""Stabilisation spring of a free body: it holds the body until contact holds it, and is force-free at convergence."""
+"""Stabilisation spring of a free body: it holds the body until contact does, and has no force at convergence."""
 
 from __future__ import annotations
 

@@ -24,25 +24,27 @@ PANELS, POINTS, FEW, SHORT = (1.0, 4.0, 16.0), 5, 2, 0.05
 
 
 class BranchSprings(Protocol):
-    """Interface of the stored energy of Maxwell branches, for C = F^T F (n, 3, 3) and lost stress q (n, 3, 3), Pa.
+    """Interface of the stored energy of a Maxwell branch, a function of C = F^T F (n, 3, 3) and lost stress q.
 
-    `keeps` is True if the energy depends only on the isochoric part of C.
+    q (n, 3, 3), Pa, is the stress that the branch has lost by relaxation. `keeps` is True if the energy depends only on
+    the isochoric part of C.
     """
 
     @property
     def keeps(self) -> bool: ...
 
     def stored(self, C: Floats, q: Floats) -> Floats:
-        """Return the stored energy of a branch divided by its share of the stress (n,), J/m^3."""
+        """Return the energy stored in a branch (n,), J/m^3, per unit of its share of the stress."""
 
     def rate(self, C: Floats, q: Floats) -> Floats:
-        """Return the dissipation of a branch times tau, divided by its share of the stress (n,), J/m^3."""
+        """Return the dissipated power of a branch times its relaxation time (n,), J/m^3, per unit of its share."""
 
 
 class RelaxationSeries(Protocol):
     """Interface of a Prony series: the fractions `g` (k,) of a stress relax with the times `tau` (k,), s.
 
-    If `springs` is None, the stress is linear in its strain measure.
+    `mu` is the shear modulus at rest, Pa. `springs` is the stored energy of a branch; it is None if the stress is
+    linear in its strain measure.
     """
 
     @property
@@ -74,7 +76,7 @@ class RelaxationSeries(Protocol):
 
 
 class EnergyHistory(ABC):
-    """Base class of the history of an energy: at the points of cells, in the elements of a rod, or of pore fluid."""
+    """Base class of history variables of an energy: of viscoelastic cells, of a viscoelastic rod, or of pore fluid."""
 
     energy: Any  # instantaneous energy, before relaxation
     worked: float | None = None  # work of the internal forces, J, if the history counts it itself
@@ -83,7 +85,7 @@ class EnergyHistory(ABC):
 
     @abstractmethod
     def over(self, h: float) -> Energy:
-        """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
+        """Return the energy of the next step of h seconds; its minimum is the state at the end of the step."""
 
     @abstractmethod
     def accepted(self, x: Floats, h: float) -> EnergyHistory:
@@ -138,7 +140,7 @@ class ViscoelasticHistory(EnergyHistory):
         return cls(energy, series, none, each, none, np.zeros((k, n, 3, 3)), each, each)
 
     def over(self, h: float) -> Energy:
-        """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
+        """Return the energy of the next step of h seconds; its minimum is the state at the end of the step."""
         decay, mean, _ = decay_factors(h, self.series.tau)
         law = self.series.relaxed(self.energy.law, decay, mean, self.H, self.S, self.energy.w.shape)
         made: Energy = replace(self.energy, law=law)
@@ -165,9 +167,10 @@ class ViscoelasticHistory(EnergyHistory):
         )
 
     def _branch_energy(self, H: Floats, S: Floats, E: Floats) -> Floats:
-        """Return the energy stored in the branches (n,), J/m^3.
+        """Return the energy stored in all branches (n,), J/m^3, at branch stresses H, total stress S and strain E.
 
-        It is sum H : C^-1 : H / 2g if the stress is linear in the strain, or small.
+        If the stress is linear in the strain, and also for very small stresses, it is sum H : C^-1 : H / 2g, with C the
+        elasticity tensor at rest.
         """
         known = self.series
         small: Floats = 0.5 * np.einsum("kn,k->n", known.twice_complementary_energy(H), 1.0 / known.g)
@@ -179,9 +182,10 @@ class ViscoelasticHistory(EnergyHistory):
         return np.where(np.abs(S).max(axis=(1, 2)) < LINEAR * known.mu, small, total)
 
     def _linear_step_dissipation(self, S: Floats, h: float) -> Floats:
-        """Return the dissipation of a step for a linear law (n,), J/m^3: int sum_i H : C^-1 : H / (g tau) dt.
+        """Return the dissipation of a step of h seconds for a linear law (n,), J/m^3.
 
-        It is exact for H = A exp(-s/tau) + B.
+        It is int sum_i H : C^-1 : H / (g tau) dt. S (n, 3, 3), Pa, is the stress at the end of the step. The result is
+        exact for branch stresses H = A exp(-s/tau) + B.
         """
         known = self.series
         total = np.zeros(len(S))
@@ -199,10 +203,11 @@ class ViscoelasticHistory(EnergyHistory):
         return total
 
     def _step_dissipation(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:
-        """Return the dissipation of a step (n,), J/m^3, by Gauss quadrature in panels, for a law with known `springs`.
+        """Return the dissipation of a step of h seconds (n,), J/m^3, for a law that is not linear in the strain.
 
-        S and the strain vary linearly in time, as the branch stresses assume. C is scaled to unit determinant if the
-        law is isochoric.
+        `springs` is the stored energy of a branch; S, Pa, and E (n, 3, 3) are stress and strain at the end of the step.
+        Both vary linearly in time, as the branch stresses assume. The time integral is computed by Gauss quadrature in
+        panels. C is scaled to unit determinant if the law is isochoric.
         """
         known, total = self.series, np.zeros(len(S))
         if h <= 0.0:
@@ -245,7 +250,7 @@ def _panel_quadrature(h: float, tau: float) -> list[tuple[float, float]]:
 
 @dataclass(frozen=True, eq=False)
 class BodyHistory:
-    """Histories of a body; `each` holds the history of each internal energy, or the energy itself if it has none."""
+    """History variables of a body; `each` holds the history of each internal energy, or the energy without one."""
 
     each: tuple[EnergyHistory | Energy, ...]
 
@@ -255,7 +260,7 @@ class BodyHistory:
         return tuple(own.energy if isinstance(own, EnergyHistory) else own for own in self.each)
 
     def over(self, h: float) -> tuple[Energy, ...]:
-        """Return the energies of a step of h seconds from now."""
+        """Return the internal energies of the next step of h seconds."""
         return tuple(own.over(h) if isinstance(own, EnergyHistory) else own for own in self.each)
 
     def accepted(self, x: Floats, h: float) -> BodyHistory:
@@ -263,7 +268,7 @@ class BodyHistory:
         return BodyHistory(tuple(own.accepted(x, h) if isinstance(own, EnergyHistory) else own for own in self.each))
 
     def stored(self, x: Floats) -> float:
-        """Return the elastic energy stored in the body in state x, J; the histories must be of that state."""
+        """Return the elastic energy stored in the body in state x, J; the histories must be those at this state."""
         return float(sum(e.value(x) for e in self.energies)) + sum(memory.stored for memory in self._histories)
 
     @property
@@ -283,7 +288,7 @@ class BodyHistory:
 
     @property
     def worked(self) -> float | None:
-        """Work of the internal forces since the start, J; None unless every internal energy counts it."""
+        """Work of the internal forces since the start, J; None if some internal energy does not count it."""
         each = [own.worked for own in self._histories if own.worked is not None]
         return float(sum(each)) if len(each) == len(self.each) else None
 

@@ -48,14 +48,14 @@ class RodHistory(EnergyHistory):
         return cls(energy, g, tau, none, np.zeros((len(tau), *none.shape)), none)
 
     def over(self, h: float) -> Energy:
-        """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
+        """Return the energy of the next step of h seconds; its minimum is the state at the end of the step."""
         held, stiffness = self._past_forces_and_stiffnesses(h)
         other = _static_rod_energy(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
     def _past_forces_and_stiffnesses(self, h: float) -> tuple[Floats, Floats]:
-        """Return the forces that remain from the past, and the stiffnesses, after h seconds, each (n, 6)."""
+        """Return section forces that remain from the past after h seconds, and stiffnesses of the step, each (n, 6)."""
         C = self._C
         decay, mean, _ = decay_factors(h, self.tau)
         grown = self.g * mean[:, None]
@@ -72,9 +72,10 @@ class RodHistory(EnergyHistory):
         return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._step_dissipation(way, h))
 
     def _step_dissipation(self, way: Floats, h: float) -> float:
-        """Return the dissipation of a step in which strains change by `way` (n, 6), J: int sum H^2 / (g C tau) dt.
+        """Return the dissipation of a step of h seconds in which strains change by `way` (n, 6), J.
 
-        It is exact, because H = A exp(-s/tau) + B, and never negative.
+        It is int sum H^2 / (g C tau) dt, and exact because the forces of the terms are H = A exp(-s/tau) + B. It is
+        never negative.
         """
         if h <= 0.0:
             return 0.0

@@ -1,7 +1,7 @@
-"""Independent forces of contact and friction between two deformable surfaces: barrier pressures, friction springs.
+"""Independent forces of contact and friction between two deformable surfaces: barriers and friction springs.
 
-Distances use Gram's matrix; the barrier law and the distribution of forces to corners have formulas of their own. A
-face is a triangle in space (d = 3) or a segment in a plane (d = 2).
+The distances are computed by Gram's matrix. The barrier law and the distribution of forces to corners have formulas of
+their own. A face is a triangle in space (d = 3) or a segment in a plane (d = 2).
 """
 
 from __future__ import annotations
@@ -126,10 +126,10 @@ def friction_forces(
 ) -> tuple[Floats, Floats]:
     """Return the friction forces on points p (s, d) and corners x (v, d), N, from springs with limited forces.
 
-    `pull` (s, d) are the spring forces and `most` (s,) their limits, N. The reaction acts on the faces nearest to
-    the point, at the position of the point, without a net moment. To this end the corners also receive forces c r along the
-    gap r, with sum c = 0 and, except for a part along r, sum c x = f: they balance the moment of the friction force f
-    about the face.
+    `pull` (s, d) are the spring forces and `most` (s,) their limits, N. The reaction acts on the faces nearest to the
+    point, at the position of the point, without a net moment. For this the corners also receive forces c r along the
+    gap vector r. Their coefficients c have the sum 0 and, except for a part along r, sum c x = f, so that they balance
+    the moment of the friction force f about the face.
     """
     size = np.linalg.norm(pull, axis=1)
     f = -pull * np.minimum(1.0, most / np.maximum(size, LEAST))[:, None]

@@ -1,7 +1,7 @@
 """Independent stress of anisotropic materials, by differences of the energy in independently computed axes.
 
-Material directions are evaluated at the points of the check's own quadrature. Active muscle tension is S = T f (x) f,
-and active shortening is evaluated by eigenvalues.
+Material directions are evaluated at the quadrature points of the independent forces. Active muscle tension is S = T f
+(x) f, and active shortening is evaluated by eigenvalues.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def energy_with_shortening(psi: Scalar, s: Floats, f: Floats) -> Scalar:
 
 
 def split_off_pressure(material: Any, axes: Floats) -> SplitLaw:
-    """Return the law without the part of K (J - 1)^2 / 2 that a pressure replaces.
+    """Return the law of a mixed formulation: without the part of K (J - 1)^2 / 2 that a pressure replaces.
 
     A bulk modulus of a third of the shear modulus, or K / 2 if that is less, stays in the law.
     """
@@ -94,7 +94,7 @@ class AnisotropicBody(CheckedBody):
     def _rule(self, at: slice, centre: bool = False) -> tuple[Floats, Floats]:
         if self.rules is None or centre:
             return super()._rule(at, centre)
-        return self.rules[0][at], self.rules[1][at]  # of linear tetrahedra too: what they have one of is the strain
+        return self.rules[0][at], self.rules[1][at]  # linear tetrahedra too: only their strain is uniform
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         if self.at is None:

@@ -84,7 +84,8 @@ class DisplacementHistory:
     def remaining_stress(self, points: Floats, cells: Ints, kind: str, mean: bool = False) -> Floats:
         """Return the part of the relaxing stress that remains from the history (m q, 3, 3), Pa, in some cells.
 
-        It is a second Piola-Kirchhoff stress, at the quadrature points of the cells, or once per cell if `mean`.
+        It is conjugate to the strain measure, and given at the quadrature points of the cells, or once per cell if
+        `mean`.
         """
         dNdX, _, hoop = kinematics(points, cells, kind, quadrature_rule(kind), self.depth, mean)
         steps = remaining_fractions(self.times, self.g, self.tau)
@@ -98,7 +99,7 @@ class DisplacementHistory:
         return found
 
     def second(self, F: Floats) -> Floats:
-        """Return the relaxing stress (n, 3, 3), Pa, that is work-conjugate to the strain measure."""
+        """Return the relaxing stress (n, 3, 3), Pa, at F (n, 3, 3), conjugate to the strain measure."""
         P = self.part(F)
         if self.measure == "small":
             return P
@@ -111,7 +112,7 @@ class DisplacementHistory:
         return found
 
     def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
-        """Return P (n, 3, 3), Pa, of the `whole` law whose viscous part has relaxed, and the error of its entries, Pa.
+        """Return P (n, 3, 3), Pa, of the `whole` law after relaxation of its viscous part, and its error, Pa.
 
         `held` (n, 3, 3), Pa, is the stress that remains from the history.
         """
@@ -120,7 +121,7 @@ class DisplacementHistory:
         return found, error + g * more
 
     def pulled(self, F: Floats, held: Floats) -> Floats:
-        """Return the first Piola-Kirchhoff stress P (n, 3, 3), Pa, of a second Piola-Kirchhoff stress `held`."""
+        """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, of a stress `held` conjugate to the strain measure."""
         if self.measure == "small":
             return held
         if self.measure == "turned":
@@ -169,7 +170,7 @@ class ViscoelasticMixedBody(MixedBody):
 
 @dataclass(frozen=True)
 class RelaxedStress:
-    """Stress of a `whole` law whose viscous part has relaxed.
+    """Stress of a `whole` law after relaxation of its viscous part, as a function of F.
 
     `held` (n, 3, 3), Pa, is the stress that remains from the history.
     """
@@ -179,7 +180,7 @@ class RelaxedStress:
     held: Floats
 
     def __call__(self, F: Floats) -> Floats:
-        """Return P (n, 3, 3), Pa."""
+        """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, at F (n, 3, 3)."""
         return self.with_error(F)[0]
 
     def with_error(self, F: Floats) -> tuple[Floats, Any]:

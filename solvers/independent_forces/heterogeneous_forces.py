@@ -24,13 +24,13 @@ from softmark.solvers.independent_forces.stress_by_differences import (
 )
 from softmark.solvers.materials.heterogeneous import with_constants
 
-Constants = Callable[[Floats], tuple[Floats, Floats]]  # of points (n, 3), m: Young's modulus, Pa, and Poisson's ratio
-Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what makes stress of F (n, 3, 3)
+Constants = Callable[[Floats], tuple[Floats, Floats]]  # points (n, 3), m -> Young's modulus, Pa, and Poisson's ratio
+Moduli = Callable[[Floats, Floats], Stress]  # mu and lam (n,), Pa -> stress as a function of F (n, 3, 3)
 
 
 @dataclass(frozen=True)
 class HeterogeneousTerm(StressTerm):
-    """A part of the stress with spatially varying moduli; `of` makes it from mu and lam (n,), Pa."""
+    """A part of the stress with spatially varying moduli; the function `of` makes it from mu and lam (n,), Pa."""
 
     of: Moduli | None = None
 
@@ -65,7 +65,7 @@ class HeterogeneousBody(CheckedBody):
 class HeterogeneousMixedBody(MixedBody):
     """A deformed mesh with pressure unknowns and varying constants.
 
-    `apart` returns the split law at points (n, 3), m.
+    The function `apart` returns the split law at points (n, 3), m.
     """
 
     apart: Callable[[Floats], SplitLaw] | None = None
@@ -92,7 +92,7 @@ def lame_moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
 
 
 def stress_terms(material: Any, strain: str, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
-    """Return the parts of the stress of a law: one, or two if `selective`.
+    """Return the parts of the stress of a law: one part, or the shear part and the remaining part if `selective`.
 
     Return None if the law has no finite-strain form, or cannot be split.
     """
@@ -111,7 +111,7 @@ def stress_terms(material: Any, strain: str, selective: bool) -> tuple[Heterogen
 
 
 def _make_heterogeneous_term(of: Moduli, mean: bool = False) -> HeterogeneousTerm:
-    """Return the part of the stress made by `of`, which cannot be evaluated without moduli."""
+    """Return the part of the stress that the function `of` makes from moduli; without moduli it cannot be evaluated."""
 
     def none(F: Floats) -> Floats:
         raise ValueError("the stress of a law whose constants vary, without them")
@@ -124,7 +124,7 @@ def _finite_strain_terms(material: Any, selective: bool) -> tuple[HeterogeneousT
 
     If `selective`, they are the shear part and the remaining part.
     """
-    of = material.of if material.thin else material  # of a plate: the solid that it is made of
+    of = material.of if material.thin else material  # for a plate, the solid that it is made of
     if of.finite_law() is None or (selective and of.finite_parts() is None):
         return None
 

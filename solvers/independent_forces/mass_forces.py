@@ -44,10 +44,11 @@ def _mass_rule(kind: str) -> tuple[Floats, Floats]:
 def nodal_masses(
     points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0, rules: Any = None
 ) -> Floats:
-    """Return the mass at each node (nodes,), kg, distributed as `how` says: consistent, lumped or uniform.
+    """Return the mass at each node (nodes,), kg.
 
-    `density` is a number, kg/m^3, or a function of points (n, 3). `rules` are local points (m, q, 3) and weights (m, q)
-    of each cell; None if all cells have the rule of their kind.
+    `how` is the distribution: "consistent", "lumped" or "uniform". `density` is a number, kg/m^3, or a function of
+    points (n, 3). `rules` are local points (m, q, 3) and weights (m, q) of each cell; None if all cells have the rule
+    of their kind.
     """
     if how == "uniform":
         whole = float(nodal_masses(points, cells, kind, density, "consistent", nodes, rules=rules).sum())

@@ -29,7 +29,8 @@ class SplitLaw:
     """A law split into the stress of psi_shape and the volume energy M/2 g^2.
 
     `shape` is the stress of psi_shape, Pa, `g` the volume constraint, `dg` its derivative by F, and `grown` the
-    relative change of volume. `compliance` is 1/M in 1/Pa, one for all F, or one for each (n,).
+    relative change of volume. All four are functions of F (n, 3, 3). `compliance` is 1/M in 1/Pa, one for all F, or one
+    for each (n,).
     """
 
     shape: Stress
@@ -84,7 +85,7 @@ def batch_constants(law: Any) -> Any:
     from softmark.solvers.materials.heterogeneous import (
         HeterogeneousLaw,
         iterate_arrays,
-    )  # not for materials that do not vary
+    )  # imported here: not needed for uniform materials
 
     return HeterogeneousLaw(law) if next(iterate_arrays(law), None) is not None else law
 
@@ -170,7 +171,7 @@ class MixedBody:
 
     @property
     def _spread(self) -> Ints:
-        """Indices (m, b) of the pressures of each cell in the list of all pressures."""
+        """Indices (m, b) of the pressures of each cell in the array of all pressures."""
         element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners]

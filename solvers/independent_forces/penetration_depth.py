@@ -2,9 +2,9 @@
 
 The gap is 1-Lipschitz. So no point of a triangle with the gap g at its centre has a gap below g - r, with r the
 distance from the centre to the farthest corner. For a convex body the gap is also a convex function. Then no point has
-a gap below g - 2 (h - g), with h the largest gap at a corner. If the centre is outside, no gap is below that to the
-tangent plane at the point nearest to the centre. On curved facets these bounds hold up to the bulge of the facet, which
-is subtracted twice. Triangles that the bounds do not exclude are split into four.
+a gap below g - 2 (h - g), with h the largest gap at a corner. If the centre is outside, no gap is below the gap to the
+tangent plane at the body point nearest to the centre. On curved facets these bounds hold up to the bulge of the facet,
+which is subtracted twice. Triangles that the bounds do not exclude are split into four.
 """
 
 from __future__ import annotations

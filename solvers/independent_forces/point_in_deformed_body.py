@@ -13,7 +13,7 @@ from softmark.solvers.independent_forces.rigid_contact_forces import LEAST, Dist
 
 SURROUNDED = 1.0  # relative to 4 pi, or 2 pi in the plane; 0 from outside, pi / 2 from a corner between symmetry planes
 ON = 1e-9  # sine of the angle above a triangle or a side: a point that low is on it
-EACH_WAY = 5  # places on a surface are those nearest to so many points along each coordinate
+EACH_WAY = 5  # number of sample points along each coordinate; their nearest points are on the surface
 AROUND = 0.1  # margin of the sampling box, relative to the extent
 ROUNDS = 8  # rounds of projection: next to a surface inclined to the plane, the nearest point is not in it
 CLOSE = 1e-3  # relative to the extent: points left farther from the surface are not on it

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Distance = Callable[[Floats], tuple[Floats, Floats]]  # points (n, 3), m -> gaps (n,), m, and ways out (n, 3)
+Distance = Callable[[Floats], tuple[Floats, Floats]]  # points (n, 3), m -> gaps (n,), m, and outward normals (n, 3)
 Section = Callable[[Floats, Floats], tuple[Floats, Floats, Floats]]  # a, b (n,) -> gap, and its slopes along a and b
 
 PAIRS = 4_000_000  # points times triangles at a time

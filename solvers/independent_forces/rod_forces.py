@@ -95,7 +95,7 @@ class CheckedRod:
     def strain(self, arms: Floats) -> tuple[float, float]:
         """Return the largest strain by twist and curvatures, and the largest strain by stretch and shear.
 
-        The first is that of fibres at distances `arms` (3,), m, from the axis.
+        The first is the strain of fibres at distances `arms` (3,), m, from the axis.
         """
         middle = self.R[:-1] @ exponential(0.5 * self._relative_rotations)
         Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._rest_shape[0]

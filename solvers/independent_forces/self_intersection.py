@@ -74,7 +74,7 @@ def _side_of_line(p: Floats, q: Floats, c: Floats) -> Floats:
 
 
 def _do_segments_pierce(p: Floats, q: Floats, t: Floats) -> Any:
-    """Return for which n the segment from p to q (n, 3) pierces the triangle t (n, 3, 3).
+    """Return for which pairs (n,) the segment from p to q (n, 3) pierces the triangle t (n, 3, 3).
 
     The test uses the signs of five volumes.
     """

@@ -36,7 +36,7 @@ THROUGH = 1e-9  # relative to the largest radius: points farther beyond the axis
 
 # ------------------------------------------------------------------ shape functions from their nodes
 
-Cell = str | int  # an element by its word, a facet by its number of nodes
+Cell = str | int  # an element by its word in scenes, a facet by its number of nodes
 
 
 @cache
@@ -173,7 +173,7 @@ def interpolate(N: Floats, nodal: Floats) -> Floats:
 
 def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
     """Return dN/dX (m, q, a, 3), 1/m, and det dX/dxi (m, q), m^3, at local points xi, (q, 3) or (m, q, 3)."""
-    X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
+    X = points[cells] - points[cells[:, :1]]  # differences of positions far from the origin would lose digits
     dN = shape_derivatives(kind, xi)
     cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -200,7 +200,10 @@ def polar_rotation(F: Floats) -> Floats:
 
 
 def small_strain_stress(mu: Any, lam: Any) -> Stress:
-    """Return Hooke's law as a function of F: 2 mu eps + lam tr(eps) I, eps = sym(F) - I; moduli may be per F."""
+    """Return Hooke's law as a function of F: 2 mu eps + lam tr(eps) I, eps = sym(F) - I, Pa.
+
+    The moduli, Pa, are numbers, or arrays (n,) with one value per F.
+    """
     m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
 
     def stress(F: Floats) -> Floats:
@@ -213,7 +216,10 @@ def small_strain_stress(mu: Any, lam: Any) -> Stress:
 
 
 def corotational_stress(mu: Any, lam: Any) -> Stress:
-    """Return Hooke's law in the polar rotation's frame: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
+    """Return Hooke's law in the frame of the polar rotation R as a function of F, Pa.
+
+    It is R (2 mu eps + lam tr(eps) I) with eps = sym(R^T F) - I. The moduli, Pa, are numbers or arrays (n,).
+    """
     hooke = small_strain_stress(mu, lam)
 
     def stress(F: Floats) -> Floats:
@@ -229,7 +235,7 @@ def corotational_stress(mu: Any, lam: Any) -> Stress:
 
 @dataclass(frozen=True)
 class StressTerm:
-    """A part of the stress, evaluated at each point or once per cell from the mean deformation gradient."""
+    """A part of the stress, evaluated at each integration point or once per cell from the mean deformation gradient."""
 
     stress: Stress
     mean: bool = False
@@ -286,7 +292,7 @@ class CheckedBody:
         dNdX, w, hoop = kinematics(*own, self.depth, term.mean)
         U = self.u[cells] - self.u[cells[:, :1]]
         R = self._rotation(cells, U) if self.rotated_measure else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
-        if self.rotated_measure:  # displacements in the frame that turns with the cell
+        if self.rotated_measure:  # displacements in the frame that rotates with the cell
             X = self.points[cells] - self.points[cells[:, :1]]
             U = (X + U) @ R - X
         F = U.swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
@@ -304,7 +310,10 @@ class CheckedBody:
         return (f @ R.transpose(0, 2, 1) if self.rotated_measure else f), size
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
-        """Return P (n, 3, 3), Pa, at the points of the cells at `at` in the body, and the error of its entries, Pa."""
+        """Return P (n, 3, 3), Pa, at the points of the cells with the numbers `at`, and the error of its entries, Pa.
+
+        F (n, 3, 3) are the deformation gradients at these points.
+        """
         return stress_with_error(term.stress, F)
 
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
@@ -332,7 +341,7 @@ class CheckedBody:
                     hoop, self.u[some][:, :, 0]
                 )  # no node: none on the axis
             J = cofactor(F)[1].min(axis=1)
-            if self.depth:  # cells that were drawn through the axis, as nodes tell
+            if self.depth:  # cells that have moved through the axis, according to their nodes
                 through = (self.points + self.u)[some, 0] < -THROUGH * self.points[:, 0].max()
                 J = np.where(through.any(axis=1), -np.abs(J), J)
             least.append(J)
@@ -385,7 +394,10 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 def part_forces(
     points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats], depth: float = 0.0
 ) -> Floats:
-    """Return nodal forces on parts (p, k) of facets: local points xi (p, 2), weights w (p,) in local area."""
+    """Return nodal forces (nodes, 3), N, of a load on parts of facets (p, k).
+
+    xi (p, 2) are local points and w (p,) their weights in local area. `push` and `depth` are as in `surface_forces`.
+    """
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
     t = x.swapaxes(1, 2) @ shape_derivatives(kind, xi)  # (p, 3, 2)

@@ -117,7 +117,7 @@ def least_stretch(F: Floats) -> Floats:
 def stress_with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
     """Return P (n, 3, 3), Pa, at F (n, 3, 3), and the error of its entries, Pa.
 
-    The error is (n,) for differences, and 0 for a formula.
+    The error is (n,) if the stress is computed by differences of an energy, and 0 if it is computed by a formula.
     """
     own = getattr(stress, "with_error", None)
     return (stress(F), 0.0) if own is None else own(F)

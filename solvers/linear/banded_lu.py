@@ -19,8 +19,8 @@ from softmark.solvers.sparse.banded_cholesky import WIDEST
 class _Layout:
     """Band storage of a sparsity pattern in LAPACK's general band format.
 
-    `places` are the positions of the matrix entries in the band; `below` and `above` are the lower and upper
-    bandwidths.
+    `indptr` identifies the pattern. `places` are the positions of the matrix entries in the band; `below` and `above`
+    are the lower and upper bandwidths.
     """
 
     indptr: Any
@@ -41,7 +41,7 @@ class ChainSolver:
         self._solve = import_submodule("scipy.linalg._flapack").dgbsv
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
-        """Return the solution x of K x = b, accurate to rounding whatever the `tolerance`. Raises Singular."""
+        """Return the solution x of K x = b, accurate to rounding; `tolerance` has no effect. Raises Singular."""
         layout = self._layout
         if layout is None or layout.indptr is not K.indptr:
             layout = self._layout = _band_layout(K)

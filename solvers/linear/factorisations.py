@@ -1,10 +1,11 @@
 """Sparse linear solvers, and the choice of the factorisation of a matrix.
 
-The method `auto` factorises a small symmetric matrix by banded Cholesky if it is positive definite with a narrow band,
-since loading compiled kernels would take longer than they save. It takes the multifrontal Cholesky of this project for
-a larger one, which continues as L S L^T at negative pivots. If that would take too long or too much memory, conjugate
-gradients with multigrid are used, which need pyamg and rigid body modes; without these, a factor in single precision,
-half as large. Large unsymmetric matrices go to Pardiso if it is installed. SuperLU factorises all other matrices.
+With the method `auto`, a small symmetric matrix is factorised by banded Cholesky if it is positive definite with a
+narrow band, since loading compiled kernels would take longer than they save. A larger one is factorised by this
+project's multifrontal Cholesky, which continues as L S L^T at negative pivots. If that would take too long or too much
+memory, conjugate gradients with multigrid are used, which need pyamg and rigid body modes. Without these, the factor is
+computed in single precision, at half the memory. Large unsymmetric matrices are factorised by Pardiso if it is
+installed, and all other matrices by SuperLU.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class NotInstalled(Singular):
 
 
 class TooLarge(Singular):
-    """Raised if a factor would exceed the free memory and no iterative method can be used."""
+    """Raised if a factor needs more than the free memory and no iterative method can be used."""
 
     def __init__(self, needed: float, there: float, why: str) -> None:
         super().__init__(
@@ -109,7 +110,7 @@ class Factor(Protocol):
 class LuFactor:
     """LU factorisation K = L U with row and column permutations, by SuperLU."""
 
-    lu: Any  # scipy.sparse.linalg.SuperLU
+    lu: Any  # a scipy.sparse.linalg.SuperLU
     name: str = NAME
     tolerance: float = 0.0
     iterations: int = 0
@@ -131,7 +132,7 @@ class LuFactor:
 
 @dataclass(frozen=True)
 class DeferredFactor:
-    """Symmetric K that is known to have a negative eigenvalue; the factorisation is computed only if needed."""
+    """Solver for a symmetric K with a known negative eigenvalue; K is factorised only when needed."""
 
     K: sparse.csr_matrix
     name: str = NAME
@@ -170,7 +171,7 @@ class CholeskyFactor:
 
 @dataclass(frozen=True)
 class SignedFactor:
-    """Factorisation K = L S L^T with S = diag(+-1); solutions are refined once, since pivots may be small."""
+    """Factor K = L S L^T, S = diag(+-1), of an indefinite K; solutions are refined once, as pivots may be small."""
 
     cholesky: Cholesky
     K: sparse.csr_matrix
@@ -191,7 +192,7 @@ class SignedFactor:
 
 @dataclass
 class RefinedFactor:
-    """Single-precision Cholesky factor, which preconditions two or three conjugate gradient iterations."""
+    """Single-precision Cholesky factor, used as preconditioner of a few conjugate gradient iterations."""
 
     cholesky: Cholesky
     K: sparse.csr_matrix
@@ -210,7 +211,7 @@ class RefinedFactor:
         return x if done else _require_small_residual(self.K, x, b, self.tolerance)
 
     def _solve_scaled(self, r: Floats) -> Floats:
-        """Solve with the single-precision factor and right-hand side r, scaled to length one against overflow."""
+        """Return the single-precision solution for r, which is scaled to length one to avoid overflow."""
         size = float(np.linalg.norm(r))
         return size * self.cholesky.solve(r / size)
 
@@ -248,7 +249,7 @@ def _require_small_residual(K: sparse.csr_matrix, x: Floats, b: Floats, toleranc
     return x
 
 
-# ------------------------------------------------------------------ which one
+# ------------------------------------------------------------------ choice of the solver
 
 
 def factor(
@@ -260,10 +261,10 @@ def factor(
 ) -> Factor:
     """Return a solver for systems with K, by a `method` or by one that `auto` chooses.
 
-    `precision` is that of a Cholesky factor; solutions are refined. Multigrid needs the rigid body modes `modes` of the
-    unknowns (`sparse.rigid_body_modes`), which also make large factors smaller. The analysis of a pattern is cached.
-    Raises Singular if a pivot vanishes or an entry of K is not finite, and its subclasses NotInstalled and TooLarge if
-    the method cannot be used, and Unsolved.
+    `precision` is that of a Cholesky factor; solutions are refined to double precision. `modes` are the rigid body
+    modes of the unknowns (`sparse.rigid_body_modes`): multigrid needs them, and they also make large factors smaller.
+    The analysis of a pattern is cached. Raises Singular if a pivot vanishes or an entry of K is not finite. Raises its
+    subclasses NotInstalled and TooLarge if the method cannot be used, and Unsolved.
     """
     must_be_finite(K)
     if method == "auto":
@@ -305,7 +306,7 @@ def _choose_factor(K: sparse.csr_matrix, symmetric: bool, precision: Precision, 
 
 
 def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
-    """Return a solver chosen by memory and time; None if the pattern is unsymmetric or L S L^T inaccurate."""
+    """Return a solver for symmetric K, chosen by memory and time; None if no accurate factor of this kind exists."""
     from softmark.solvers.linear.symbolic_cache import cached_pattern
     from softmark.solvers.sparse import multigrid
 
@@ -324,7 +325,7 @@ def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) 
 
 
 def _fits_memory(needed: float) -> bool:
-    """Return whether a factor of `needed` bytes fits into memory; small factors are not checked, to save time."""
+    """Return whether a factor of `needed` bytes fits into the free memory; small ones are not checked, to save time."""
     return needed <= LITTLE or needed <= SHARE * memory.available_memory()
 
 
@@ -368,14 +369,14 @@ def _require_memory(needed: float, modes: Modes) -> None:
 
 
 def _does_refinement_converge(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
-    """Return whether refinement with this factor converges; without pivoting its entries may have grown."""
+    """Return whether refinement converges with a factor whose entries may have grown for lack of pivoting."""
     b = np.random.default_rng(0).standard_normal(K.shape[0])
     residual = np.linalg.norm(b - K @ cholesky.solve(b))
     return bool(residual <= UNSTABLE * np.linalg.norm(b))
 
 
 def _lu_factor(K: sparse.csr_matrix, symmetric: bool) -> LuFactor:
-    """Return an LU factor; columns have a minimum-degree order. Raises Singular."""
+    """Return an LU factor by SuperLU, with columns in minimum-degree order. Raises Singular."""
     from scipy.sparse.linalg import splu  # takes 0.14 s, which is needless with our own factorisation
 
     # a symmetric matrix has equal CSR and CSC arrays: no conversion is needed
@@ -393,7 +394,7 @@ def _lu_factor(K: sparse.csr_matrix, symmetric: bool) -> LuFactor:
 def _multigrid_solver(
     K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None
 ) -> MultigridSolver:
-    """Return a multigrid solver; `otherwise` creates the fallback. Raises NotInstalled."""
+    """Return a multigrid solver; `otherwise` creates a fallback if iterations do not converge. Raises NotInstalled."""
     from softmark.solvers.sparse import multigrid
 
     if not multigrid.is_installed():
@@ -402,7 +403,7 @@ def _multigrid_solver(
 
 
 def _pardiso_or_auto_factor(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
-    """Return a Pardiso factor, or that of `auto` without the MKL library. Raises NotInstalled, Singular."""
+    """Return a Pardiso factor, or one by `auto` if the MKL library is missing. Raises NotInstalled, Singular."""
     from softmark.solvers.sparse import pardiso
 
     if not pardiso.is_packaged():
@@ -446,7 +447,7 @@ def condition(K: sparse.csr_matrix, factor: Factor) -> float:
 
 
 def _estimate_inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
-    """Return a lower estimate of the 1-norm of the operator `solve` on vectors (n,) (Higham 1988, algorithm 4.1)."""
+    """Return a lower estimate of the 1-norm of an inverse matrix (n, n), applied by `solve` (Higham 1988)."""
     x, found, before = np.full(n, 1.0 / n), 0.0, np.zeros(n)
     for number in range(5):
         y = solve(x)
@@ -470,7 +471,7 @@ def _estimate_inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
 
 @contextmanager
 def warm_up_in_parallel(entries: int) -> Iterator[None]:
-    """Load solvers as `warm_up` does; a helper process compiles kernels while the caller's block runs."""
+    """Load solvers as `warm_up` does, after the caller's block; a helper process compiles kernels meanwhile."""
     with parallel_compilation.helper_process(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
         yield
     warm_up(entries)

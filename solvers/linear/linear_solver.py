@@ -1,4 +1,4 @@
-"""Solvers of the linear systems in Newton's method: options of a model, and counts of the work done."""
+"""Solvers of the linear systems in Newton's method: options of a model, and counts of solves and iterations."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Linear:
     """Options of the linear solver.
 
     `method` is a method of `linear.factorisations.factor`, or `conjugate_gradients` with a diagonal preconditioner.
-    `cap` stops these iterations after so many, converged or not. `reuse` keeps an earlier factor as a preconditioner as
-    long as that costs less than a new factor. `modes` are the rigid body modes of the body. `spare` is the additional
-    compliance of systems with pressure unknowns (see `linear.saddle_point`); these use neither `cap` nor `reuse`, and
-    double precision. `halved` marks such systems as nearly symmetric, so that a factor of their symmetric part
-    suffices.
+    `cap` is the largest number of these iterations, converged or not. `reuse` keeps an earlier factor as a
+    preconditioner as long as that costs less than a new factor. `modes` are the rigid body modes of the body. `spare`
+    is the additional compliance of systems with pressure unknowns (see `linear.saddle_point`). These systems ignore
+    `cap` and `reuse`, and use double precision. `halved` marks such systems as nearly symmetric, so that a factor of
+    their symmetric part suffices.
     """
 
     method: Method = "auto"
@@ -58,7 +58,7 @@ class Linear:
 
 @dataclass
 class Systems:
-    """Linear solver for all systems of one problem; counts solves, factorisations and iterations."""
+    """Solver for all linear systems of one problem, which counts solves, factorisations and iterations."""
 
     choice: Linear = field(default_factory=Linear)
     name: str = linear.NAME
@@ -86,7 +86,10 @@ class Systems:
         return made
 
     def direct(self, K: sparse.csr_matrix) -> Factor:
-        """Return a factor that counts negative pivots, in double precision if the options ask for single."""
+        """Return a direct factor of symmetric K that counts negative pivots, in double precision.
+
+        It replaces iterative solvers and single precision, which count none.
+        """
         if self.choice.reuse or self.choice.precision == "single":
             self.factorisations += 1
             return factor(K, modes=self.choice.modes)
@@ -106,10 +109,10 @@ class Systems:
         return CountedFactor(self, found) if found.tolerance else found
 
     def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
-        """Return the relative residual to which the next linear system is solved.
+        """Return the relative residual to which the next linear system should be solved.
 
-        It follows from Newton's residual now (`residual`) and one step `before`: 0.9 (residual / before)^2. It is not
-        far below the `last` goal as long as that was loose (Eisenstat and Walker 1996, choice 2), and never smaller
+        It is 0.9 (residual / before)^2, with Newton's residual now (`residual`) and one step earlier (`before`). It is
+        not far below the `last` goal as long as that was loose (Eisenstat and Walker 1996, choice 2), and never smaller
         than Newton's `tolerance` requires.
         """
         if not np.isfinite(before) or before == 0.0:
@@ -132,7 +135,7 @@ class Systems:
 
 
 def warm_up(choice: Linear, kind: Any) -> None:
-    """Load the kernels of the selected solver for matrices of number type `kind`, so that loading is not timed."""
+    """Load the kernels of the selected solver for matrices of the number type `kind`, so that loading is not timed."""
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method
     with suppress(Singular):  # the real solve reports the error
@@ -251,7 +254,10 @@ class DiagonalConjugateGradients:
 
 @dataclass
 class ReusedFactor:
-    """Conjugate gradients preconditioned by a factor of this matrix or of an earlier one, whichever costs less."""
+    """Conjugate gradients with a Cholesky preconditioner: a factor of this matrix or of an earlier one.
+
+    The factor that costs less is used.
+    """
 
     systems: Systems
     K: sparse.csr_matrix

@@ -24,7 +24,7 @@ FORGET = 16  # solves after which an old factor is tried again despite an earlie
 
 @dataclass
 class Statistics:
-    """Counts of the work of a LinearSolver, and the method and relative residual of its last solve."""
+    """Counts of the solves and iterations of a LinearSolver, and the method and residual of its last solve."""
 
     solves: int = 0
     factorisations: int = 0
@@ -39,11 +39,11 @@ class Statistics:
 class LinearSolver:
     """Conjugate gradients for K x = b, preconditioned by a Cholesky factor of K or of an earlier matrix.
 
-    With a single-precision factor of K itself, two or three iterations reduce the relative residual to 1e-10. The
-    factor of a similar earlier matrix needs a few more; it is used as long as these iterations cost less than a new
-    factorisation, estimated from counts of operations. Matrices that are not positive definite, or have an unsymmetric
-    pattern, are factorised by `linear.factorisations.factor`. Every solution is checked: Unsolved is raised if |b - K
-    x| exceeds `tolerance` |b|, unless the excess is due to rounding and below ROUGH |b|.
+    With a single-precision factor of K, two or three iterations reduce the relative residual to 1e-10. The factor of a
+    similar earlier matrix needs a few more. It is used as long as these iterations cost less than a new factorisation,
+    estimated from counts of operations. Matrices that are not positive definite, or have an unsymmetric pattern, are
+    factorised by `linear.factorisations.factor`. Every solution is checked: Unsolved is raised if |b - K x| exceeds
+    `tolerance` |b|, unless the excess is due to rounding and below ROUGH |b|.
     """
 
     name = "multifrontal Cholesky with conjugate gradients"
@@ -88,9 +88,9 @@ class LinearSolver:
         return np.array_equal(indptr, self._indptr) and np.array_equal(indices, self._indices)
 
     def _solve_definite(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats | None:
-        """Return the solution by preconditioned conjugate gradients.
+        """Return the solution by preconditioned conjugate gradients; None if that fails.
 
-        Return None if K is not positive definite or the iterations do not converge.
+        It fails if K is not positive definite or the iterations do not converge.
         """
         x = np.zeros_like(b)
         if self._is_old_factor_worthwhile():
@@ -111,7 +111,7 @@ class LinearSolver:
     def _is_old_factor_worthwhile(self) -> bool:
         """Return whether the stored factor of an earlier matrix should be tried as preconditioner.
 
-        It is not tried if a factor of the same age (in solves) failed recently.
+        It is not tried if a factor of the same age, in solves, failed within the last FORGET solves.
         """
         when = self._failed.get(self._age, -FORGET)
         return self._reuse and self._ready and self.statistics.solves - when >= FORGET
@@ -136,7 +136,7 @@ class LinearSolver:
         return False
 
     def _try_factorise(self, attempt: Cholesky, K: sparse.csr_matrix) -> bool:
-        """Factorise K with the memory of `attempt`; return whether K is positive definite.
+        """Factorise K into the memory of the factor `attempt`; return whether K is positive definite.
 
         If it is, `attempt` becomes the stored factor.
         """
@@ -151,10 +151,10 @@ class LinearSolver:
     def _iterate_conjugate_gradients(
         self, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float, budget: int
     ) -> tuple[Floats, bool]:
-        """Return x after conjugate gradient iterations from a start x, and whether it reached the tolerance.
+        """Return x after conjugate gradient iterations that start from x, and whether it reached the tolerance.
 
-        Iterations stop early if they converge too slowly for the `budget` of iterations, or if a curvature is not
-        positive.
+        Iterations end after `budget` iterations. They end earlier if they converge too slowly to reach the tolerance
+        within this number, or if a curvature is not positive.
         Source: Hestenes and Stiefel (1952).
         """
         cholesky = self._cholesky

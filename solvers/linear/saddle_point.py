@@ -21,12 +21,13 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Unsolved
 
-ROUNDS, ENOUGH, USABLE = 20, 1e-13, 1e-8  # most refinement rounds; relative residuals: to stop at, to accept
+ROUNDS = 20  # largest number of refinement rounds
+ENOUGH, USABLE = 1e-13, 1e-8  # relative residuals at which refinement stops, and up to which a solution is accepted
 
 
 @dataclass
 class SaddlePointFactor:
-    """Factor of a slightly more compressible system, with refinement of solutions."""
+    """Solver for a saddle-point system by the factor of a slightly more compressible system and refinement."""
 
     factor: Factor
     K: sparse.csr_matrix
@@ -41,7 +42,7 @@ class SaddlePointFactor:
 
     @property
     def negative_pivots(self) -> int | None:
-        """Number of negative pivots minus the number of pressures; 0 for a stable equilibrium."""
+        """Number of negative pivots beyond the number of pressures: 0 for a stable equilibrium, None if unknown."""
         found = self.factor.negative_pivots
         return None if found is None else max(0, found - self.pressures)
 
@@ -77,7 +78,7 @@ class SaddlePointFactor:
         return best, least
 
     def _correct_by_gmres(self, b: Floats, x: Floats, left: float) -> tuple[Floats, float]:
-        """Correct x by GMRES; return the better of the two solutions and the norm of its residual.
+        """Return the better of x and its correction by GMRES, and the norm of the residual.
 
         `left` is the norm of the residual of x.
         """
@@ -98,9 +99,9 @@ def factor(
 ) -> Factor:
     """Return a solver for the saddle-point matrix K, refined from the factor of a more compressible matrix.
 
-    `spare` (n,) >= 0 is subtracted from the diagonal of K at the pressures, and `make` factorises the result. If K is
-    nearly symmetric, `halved` passes only the symmetric part to `make`; refinement corrects the difference. Raises the
-    errors of `make`.
+    `spare` (n,) is positive at the pressures and zero elsewhere. It is subtracted from the diagonal of K, and `make`
+    factorises the result. If K is nearly symmetric, `halved` passes only the symmetric part to `make`; refinement
+    corrects the difference. Raises the errors of `make`.
     """
     near = (0.5 * (K + K.T)).tocsr() if halved else K
     softened: Any = sparse.csr_matrix((near.data.copy(), near.indices, near.indptr), shape=K.shape)

@@ -1,4 +1,7 @@
-"""Cache of symbolic factorisations: each sparsity pattern is analysed once, as long as its arrays exist."""
+"""Cache of symbolic factorisations: each sparsity pattern is analysed once, as long as its arrays exist.
+
+A sparsity pattern consists of the arrays `indptr` and `indices` of a matrix.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ _LOCK = threading.Lock()
 
 
 class KnownPattern:
-    """Cached analysis of a pattern: the estimated cost of its factor and, once needed, its symbolic factorisation."""
+    """Cached analysis of a sparsity pattern.
+
+    `sketch` is the estimated cost of its factor. The symbolic factorisation is computed when it is first needed.
+    """
 
     def __init__(self, found: FactorEstimate) -> None:
         """Store the estimate `found` of the factor's cost."""
@@ -38,7 +44,7 @@ _KNOWN: list[tuple[Any, Any, KnownPattern]] = []
 
 
 def cached_pattern(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
-    """Return the cached analysis of the pattern of K; a new pattern is analysed first.
+    """Return the cached analysis of the sparsity pattern of K; a new pattern is analysed first.
 
     `motions` are the rigid body modes of the unknowns. A pattern is identified by its arrays `indptr` and `indices`, or
     by arrays with equal numbers; the arrays must not be modified. The entry is removed together with the array `indptr`

@@ -118,9 +118,9 @@ STRAINS: dict[str, Callable[[Isotropic], Law]] = {
 def law_for(material: Isotropic, strain: str) -> Law:
     """Return the law of `material` for a model with the strain measure `strain`, a key of STRAINS.
 
-    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. For a plate
-    the result is the law in plane stress. Raises NoFiniteLaw if the material has no finite-strain law, and KeyError for
-    a strain that is not in STRAINS.
+    The laws for `small` and `corotational` strain use the moduli at rest of any material; for `finite` strain it is the
+    material's finite-strain law. For a plate the result is the law in plane stress. Raises NoFiniteLaw if the material
+    has no finite-strain law, and KeyError for a strain that is not in STRAINS.
     """
     law = STRAINS[strain](material)
     if material.thin:
@@ -132,7 +132,10 @@ def law_for(material: Isotropic, strain: str) -> Law:
 
 
 def _heterogeneous_law(material: Isotropic, law: Any) -> Any:
-    """Return a law or damping tangent whose constants differ from point to point, if those of the material do."""
+    """Return the law, or damping tangent, wrapped in `HeterogeneousLaw` if constants of the material are arrays.
+
+    Otherwise the law itself is returned.
+    """
     if not material.sampled:
         return law
     from softmark.solvers.materials.heterogeneous import HeterogeneousLaw, iterate_arrays

@@ -66,10 +66,10 @@ def _search_sampled_directions(law: Any, F: Array, held: VolumePressure | None) 
 
 
 def _acoustic_tensor_tests(law: Any, F: Array, held: VolumePressure | None) -> tuple[Array, Bools, Bools]:
-    """Return, for m states and 13 directions, a measure of the acoustic tensor and whether it is positive definite.
+    """Return, for m states and 13 directions, a measure of the acoustic tensor Q and whether Q is positive definite.
 
-    Both are (m, 13). The measure is about its weakest eigenvalue. The third result (m,) is False for states outside the
-    domain of the law.
+    Both results are (m, 13). The measure is about the weakest eigenvalue of Q, or of a scaled Q of the same sign. The
+    third result (m,) is False for states outside the domain of the law.
     """
     passive = getattr(law, "passive", law)
     if hasattr(passive, "waves") and not (law is not passive and law.own is not None):

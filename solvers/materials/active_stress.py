@@ -107,7 +107,7 @@ class Active(ActiveMaterial):
 
     @property
     def pull(self) -> ActiveTension:
-        """Law of the active tension alone, without the passive part."""
+        """Law of the active tension, without the passive law."""
         return ActiveTension(self.tension, self.fibres)
 
     # ------------------------------------------------------------------ sum of passive and active part

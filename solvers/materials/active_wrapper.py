@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class ActiveMaterial(Anisotropic):
-    """A passive `law` with an activation along its fibres, or along the direction `own`.
+    """A passive `law` with an activation along its fibres, or along the direction `own` if that is given.
 
     The class attribute `does` is the name of the field that holds the activation.
     """

@@ -120,11 +120,11 @@ class Anisotropic(BatchedLaw):
         return self._with_bulk(self.local_bulk), VolumeRatio()
 
     def _with_bulk(self, bulk: float) -> Any:
-        """Return a copy with the bulk modulus `bulk`, Pa."""
+        """Return a copy of the material with the bulk modulus `bulk`, Pa."""
         return self._with(bulk=bulk)
 
     def _with(self, **new: Any) -> Any:
-        """Return a copy with other field values; every material is a dataclass."""
+        """Return a copy of the material with other field values; every material is a dataclass."""
         own: Any = self
         return replace(own, **new)
 
@@ -254,7 +254,7 @@ def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> MaterialFram
 
 
 def _direction_at(direction: Any, X: Array, read: Any) -> Any:
-    """Return a direction at points (n, 3), m: (n, 3).
+    """Return a direction (n, 3) at points X (n, 3), m, or None if no direction is given; `read` reads field files.
 
     A rule that defines both fibres and sheets returns both.
     """

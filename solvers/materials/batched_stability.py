@@ -1,7 +1,8 @@
 """Evaluation of stability criteria at many states, for each kind of law and in blocks.
 
 States are deformation gradients F (m, 3, 3). A result has one entry per state (m,), or is None if it is unknown. The
-argument `look` is the criterion, and `held` the separate volume constraint, if there is one.
+argument `look` is the function that evaluates the criterion. `held` is the volume constraint with its pressure, if the
+law has one in addition.
 """
 
 from __future__ import annotations
@@ -25,7 +26,11 @@ BLOCK = 4096  # points per block
 
 @dataclass(frozen=True, eq=False)
 class VolumePressure:
-    """Volume constraint besides a law: pressures (m,), Pa, the constraint, and its modulus, Pa (may be infinite)."""
+    """Volume constraint that acts in addition to a law, with its pressures at m states.
+
+    `pressure` is (m,), Pa, and `modulus` the modulus of the constraint, Pa, one or one per state, which may be
+    infinite.
+    """
 
     constraint: Constraint
     modulus: Any
@@ -39,10 +44,10 @@ class VolumePressure:
 
 def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | None], law: Any, F: Array,
                held: VolumePressure | None) -> Bools | None:  # fmt: skip
-    """Return the criterion `look` at the states F (m, 3, 3), for any kind of law.
+    """Return the results of the criterion `look` at the states F (m, 3, 3), for any kind of law.
 
     For a plate it uses the law of the solid with the thickness stretch of the plate. For a law whose constants differ
-    from point to point it uses blocks with their own constants.
+    from point to point it uses blocks with their own constants. `held` is the additional volume constraint, or None.
     """
     if hasattr(law, "solid"):  # a plate (plane_stress.py)
         return evaluate_by_law(look, law.solid, law.opened(F), None)
@@ -60,9 +65,9 @@ def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | 
 def evaluate_in_blocks(
     look: Callable[[Any, Array, VolumePressure | None], Bools], law: Any, F: Array, held: VolumePressure | None
 ) -> Bools:
-    """Return the criterion `look` of one law at the states F (m, 3, 3), evaluated in blocks.
+    """Return the results of the criterion `look` at the states F (m, 3, 3) of one law, evaluated in blocks.
 
-    Floating-point errors are ignored.
+    `held` is the additional volume constraint, or None. Floating-point errors are ignored.
     """
     found = np.zeros(len(F), dtype=np.bool_)
     with np.errstate(all="ignore"):

@@ -44,6 +44,7 @@ def find_instability(law: Any, F: Array, held: VolumePressure | None = None) -> 
 
 
 def _find_instability_of_law(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+    """Return for which states F (m, 3, 3) one law is not Drucker-stable (m,); None for an anisotropic law."""
     return evaluate_in_blocks(_is_stability_lost, law, F, held) if hasattr(law, "principal") else None
 
 
@@ -76,9 +77,10 @@ def _is_stability_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools
 
 
 def _add_green_constraint(held: VolumePressure, s: Array, bent: list[list[Array]]) -> None:
-    """Add the contribution of a constraint on tr E to every d tau_a/d e_b in `bent`, Pa.
+    """Add the contribution of a volume constraint on tr E to the tangent `bent` = d tau_a/d e_b, Pa, in place.
 
-    The derivatives of tr E by e are the squared stretches.
+    tau are the principal Kirchhoff stresses, e the logarithms of the principal stretches s (3, m), and E is Green's
+    strain. The derivatives of tr E by e are the squared stretches.
     """
     most = STIFF * np.abs(bent).max(axis=(0, 1))
     own = s * s
@@ -89,7 +91,11 @@ def _add_green_constraint(held: VolumePressure, s: Array, bent: list[list[Array]
 
 
 def _volume_terms(e: Array, held: VolumePressure | None) -> Any:
-    """Return the contribution of the pressure and of the volume constraint to every d tau_a/d e_b, Pa."""
+    """Return the contribution of a volume constraint and its pressure to every tangent entry d tau_a/d e_b, Pa.
+
+    tau are the principal Kirchhoff stresses, and e (3, m) the logarithms of the principal stretches. The contribution
+    is the same for all a and b; it is zero if `held` is None.
+    """
     if held is None:
         return 0.0
     j = np.expm1(e.sum(axis=0))

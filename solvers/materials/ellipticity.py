@@ -53,6 +53,7 @@ def find_ellipticity_loss(law: Any, F: Array, held: VolumePressure | None = None
 
 
 def _is_ellipticity_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+    """Return for which states F (m, 3, 3) one law is not strongly elliptic (m,); None if unknown."""
     if getattr(law, "directed", False):
         from softmark.solvers.materials import acoustic_tensor
 

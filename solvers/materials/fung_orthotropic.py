@@ -117,10 +117,11 @@ class ExponentialStrainLaw(Anisotropic):
         return found
 
     def elliptic(self, f: Array) -> Array:
-        """Return for which f (3, 3, m) ellipticity is proved by a bound (m,).
+        """Return for which f (3, 3, m) strong ellipticity is proved by a lower bound (m,).
 
-        a n : A : a n = |a|^2 n.S n + d2psi/dE2 of e = sym(F^T a (x) n), |e|^2 >= |F^T a|^2 / 2, with S = C exp(Q) T, is
-        at least C exp(Q) (the least b / 2 (1 - 2 |E|) - |T|); K (J - 1)^2 only adds to it.
+        It is proved where half the least exponent b times 1 - 2 |E| exceeds |T|. Reason: for e = sym(F^T a (x) n),
+        |e|^2 >= |F^T a|^2 / 2, the form a n : A : a n = |a|^2 n.S n + d2psi/dE2 e e, with S = C exp(Q) T, is then
+        positive; the term K (J - 1)^2 only adds to it.
         """
         e = self._strains(f, self.frame.axes(f.dtype))
         rest = [(1.0 if a == b else 2.0) * x * x for (a, b), x in zip(PAIRS, e, strict=True)]

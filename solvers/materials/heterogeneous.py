@@ -76,7 +76,10 @@ class HeterogeneousLaw:
         return HeterogeneousLaw(map_arrays(self.law, lambda a: a[which].astype(kind or a.dtype, copy=False)))
 
     def psi(self, F: Array) -> Array:
-        """Return the energy per undeformed volume, J/m^3 (m q,); a single F is evaluated at the first point."""
+        """Return the energy per undeformed volume (m q,), J/m^3, at F (m q, 3, 3).
+
+        A single F (1, 3, 3) is evaluated with the constants of the first point.
+        """
         return self._evaluate_by_blocks("psi", F, ())
 
     def P(self, F: Array) -> Array:
@@ -96,7 +99,10 @@ class HeterogeneousLaw:
         return self._evaluate_by_blocks("opened", F, (3, 3))
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """Return `measure` of the tensors dP/dF (k, 3, 3, 3, 3) in the undeformed state, at every point (m, q)."""
+        """Return a measure (m, q) of the stiffness of the undeformed material at every point.
+
+        `measure` maps tensors dP/dF (k, 3, 3, 3, 3), Pa, to numbers (k,).
+        """
         found = np.empty(int(np.prod(self.shape)))
         eye = np.eye(3)[None]
         for some, law in self._blocks_with_laws(found.size):

@@ -40,6 +40,7 @@ class Hyperelastic(BatchedLaw):
         return tensors(F, self._projected)
 
     def _projected(self, f: Array, H: Array) -> None:
+        """Write the tangent at f (3, 3, m), with negative eigenvalues set to zero, into H (9, 9, m), upper triangle."""
         r = rotation(f)
         s, v = spectrum(stretch(r, f))
         self._dPdF(_diagonal(s), H)
@@ -57,9 +58,10 @@ def _diagonal(s: Array) -> Array:
 
 
 def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
-    """Return the projected block (3, 3, m) of the principal axes, and the clamped eigenvalues of twist and flip.
+    """Return the blocks of the tangent H (9, 9, m) in principal axes, with negative eigenvalues set to zero.
 
-    There is one twist and one flip per plane of principal axes.
+    The first result (3, 3, m) couples the three axes. The others are the eigenvalues of the twist and of the flip in
+    each plane of two axes.
     """
     full = H[AXES][:, AXES]
     full[1, 0], full[2, 0], full[2, 1] = full[0, 1], full[0, 2], full[1, 2]

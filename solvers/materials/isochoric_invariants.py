@@ -49,8 +49,9 @@ class IsochoricInvariantMaterial(IsochoricMaterial):
 
     @property
     def convex(self) -> bool:
-        """True if W depends on i only, and is convex and increasing; it is then polyconvex. Terms in k are not.
+        """True if W depends on i only, and is convex and increasing.
 
+        The energy is then polyconvex. Terms in k are not polyconvex.
         Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
         """
         return not self.second

@@ -141,7 +141,7 @@ class IsochoricMaterial(Isotropic):
     def finite_parts(self) -> tuple[Law, Law] | None:
         """Return the shear part and the volume part of the law.
 
-        The shear part keeps 5 mu/3 of K (as at nu = 1/4) to be stable in tension.
+        The shear part keeps 5 mu/3 of the bulk modulus, as at nu = 1/4, which makes it stable in tension.
         """
         kept = (2.0 / 3.0 + clamp_value(-1.0, self._ratio, 1.0)) * self.shear_modulus
         return self.with_bulk(kept), VolumetricLaw(self.constraint, self.bulk_modulus - kept)
@@ -181,9 +181,10 @@ def volumetric_derivatives(constraint: VolumeRatioConstraint, j: Array) -> tuple
 def add_volumetric_terms(
     constraint: VolumeRatioConstraint, modulus: Any, j: Any, tau: list[Any], bent: list[list[Any]]
 ) -> Any:
-    """Return K/2 g^2, J/m^3, from j = J - 1, and add its derivatives to `tau` and `bent`.
+    """Return the volume energy K/2 g^2, J/m^3, from j = J - 1, and add its derivatives to `tau` and `bent`.
 
-    They are the principal stresses and their derivatives (see principal_axes_law.py).
+    `tau` are the principal Kirchhoff stresses, Pa, and `bent` their derivatives by the logarithms of the principal
+    stretches (see principal_axes_law.py). `modulus` is K, Pa, and g the value of `constraint`.
     """
     known, J = constraint.of(j), 1.0 + j
     g, (swell, stiffen) = known[0], _half_square_derivatives(*known)

@@ -18,14 +18,14 @@ else:
 
 @dataclass(frozen=True)
 class Isotropic:
-    """An isotropic elastic solid.
+    """Base class of isotropic elastic materials.
 
-    Young's modulus and Poisson's ratio of the undeformed solid fix its two moduli at rest,
-    mu = E / (2 (1 + nu)) and lam = E nu / ((1 + nu) (1 - 2 nu)). What it does at finite strain is its own.
-    At nu = 0.5 a solid is incompressible: lam and K are infinite, and only models that have pressures of their own, or
-    no volume to keep, as beams, can take it.
-    Each of the three may vary in space: `young = 10 kPa * (1 + z / 5 cm)`, by coordinates before deformation, or
-    `young = field("stiffness.nrrd", unit = 1 kPa)`, or both. Finite elements take them at their points of integration.
+    Young's modulus and Poisson's ratio of the undeformed solid give its two moduli at rest, mu = E / (2 (1 + nu)) and
+    lam = E nu / ((1 + nu) (1 - 2 nu)). The law at finite strain is that of the subclass. At nu = 0.5 a solid is
+    incompressible: lam and K are infinite. Only models with pressure unknowns accept it, and models without volume
+    change, such as beams. Each of the three constants may vary in space: `young = 10 kPa * (1 + z / 5 cm)`, in
+    undeformed coordinates, or `young = field("stiffness.nrrd", unit = 1 kPa)`, or both. Finite elements evaluate them
+    at integration points.
     """
 
     young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
@@ -44,12 +44,12 @@ class Isotropic:
 
     @property
     def polyconvexity_violation(self) -> tuple[str, str] | None:
-        """Constant that rules out polyconvexity at finite strain, by name, and the reason; None for most materials."""
+        """Name of a constant that makes the energy not polyconvex, and the reason; None for most materials."""
         return None
 
     @property
     def ends(self) -> str | None:
-        """Limit of the law in words, if some states cannot be reached by any force; None for most materials."""
+        """Description of the states that no force can reach, in words; None for most materials."""
         return None
 
     @property

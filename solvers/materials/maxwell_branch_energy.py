@@ -58,7 +58,10 @@ class FirstInvariantBranch:
         return found
 
     def _rest_slopes(self, q: Array) -> Array:
-        """Return 2 W' at C' (n,), Pa, from the eigenvalues of q (n, 3), Pa, by bisection for a consistent I1."""
+        """Return 2 W' (n,), Pa, at the strain C' in which a branch is at rest, by bisection for a consistent I1.
+
+        q (n, 3), Pa, are the eigenvalues of the lost stress. I1 of C' must agree with the argument of W'.
+        """
 
         def above(i: Array) -> Array:  # True if I1 of the resulting C' exceeds i + 3
             with np.errstate(all="ignore"):
@@ -89,17 +92,21 @@ class FirstInvariantBranch:
         return np.maximum(found, 0.0)  # negative only by rounding
 
     def rate(self, C: Array, q: Array) -> Array:
-        """Return tau times the dissipation, divided by the share (n,), J/m^3: (C - C') : (S(0)(C) - q)/2 >= 0."""
+        """Return the dissipated power of a branch times tau, divided by its share (n,), J/m^3.
+
+        It is (C - C') : (S(0)(C) - q)/2 >= 0, with C' the strain at rest under the lost stress q (n, 3, 3), Pa.
+        """
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self.resting(q), self.stress(C) - q)
         return np.maximum(found, 0.0)  # negative only by rounding
 
 
 @dataclass(frozen=True)
 class IsotropicBranch:
-    """Branch energy of any isotropic `law`: C' has the axes of q, and its stretches are found by Newton's method.
+    """Branch energy of any isotropic `law`, by Newton's method for the strain C' in which the branch is at rest.
 
-    There are two unknown stretches for an isochoric law (`keeps`), otherwise three. If no solution is found, for
-    example where the law is not convex, stored and dissipated energy are NaN.
+    C' has the axes of the lost stress q, and its stretches are the unknowns: two for an isochoric law (`keeps`),
+    otherwise three. If no solution is found, for example where the law is not convex, stored and dissipated energy are
+    NaN.
     """
 
     law: Law
@@ -114,21 +121,27 @@ class IsotropicBranch:
         return found
 
     def rate(self, C: Array, q: Array) -> Array:
-        """Return tau times the dissipation, divided by the share (n,), J/m^3: (C - C') : (S(0)(C) - q)/2."""
+        """Return the dissipated power of a branch times tau, divided by its share (n,), J/m^3.
+
+        It is (C - C') : (S(0)(C) - q)/2, with C' the strain at rest under the lost stress q (n, 3, 3), Pa.
+        """
         F = _matrix_square_root(C)
         S = np.linalg.solve(F, self.law.P(F))
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self._rest_tensor(q)[1], S - q)
         return found
 
     def _rest_tensor(self, q: Array) -> tuple[Array, Array]:
-        """Return logarithms of the eigenvalues of C' (n, 3), and C' (n, 3, 3)."""
+        """Return the strain C' (n, 3, 3) in which a branch is at rest, after the logarithms of its eigenvalues (n, 3).
+
+        q (n, 3, 3), Pa, is the lost stress.
+        """
         values, axes = np.linalg.eigh(q)
         with np.errstate(all="ignore"):
             e = self._log_eigenvalues(values)
         return e, (axes * np.exp(e)[:, None, :]) @ axes.swapaxes(1, 2)
 
     def _log_eigenvalues(self, q: Array) -> Array:
-        """Return logarithms of the eigenvalues of C' (n, 3) from those of q (n, 3), Pa."""
+        """Return logarithms of the eigenvalues of C' (n, 3), the strain at rest, from those of q (n, 3), Pa."""
         ways = np.array(ACROSS if self.keeps else (*ACROSS, ALL))
         e, found = np.zeros_like(q), np.zeros(len(q), dtype=bool)
         for _ in range(STEPS):

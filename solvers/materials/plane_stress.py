@@ -30,7 +30,7 @@ ROUNDING = 1e-14  # relative change of stretch that counts as converged
 
 @dataclass(frozen=True)
 class Plate(Isotropic):
-    """A material in plane stress, with the moduli of the solid `of` that it consists of."""
+    """A material in plane stress; its moduli are those of the solid `of`."""
 
     of: Isotropic | None = None
     thin = True
@@ -52,7 +52,7 @@ class Plate(Isotropic):
 
     @property
     def convex_above(self) -> float:  # type: ignore[override]
-        """Lower bound of J for convexity in ln J: 0 if the solid is convex for every J, else infinite."""
+        """Lower bound of J for convexity in ln J: 0 if the solid's energy is convex for every J, else infinite."""
         return math.inf if self.of is None or self.of.convex_above else 0.0
 
     @property

@@ -107,7 +107,7 @@ def _set_rotation_by_svd(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
 
 
 def stretch(r: Array, f: Array) -> Array:
-    """Return S = R^T F (3, 3, m), made exactly symmetric."""
+    """Return the right stretch tensor S = R^T F (3, 3, m), made exactly symmetric."""
     s = product(transposed(r), f)
     return 0.5 * (s + transposed(s))
 

@@ -39,7 +39,10 @@ class PrincipalStretchMaterial(IsochoricMaterial):
 
     @abstractmethod
     def energy(self, e: Array) -> Array:
-        """Return w, J/m^3, at logarithmic stretches e of any shape; w = 0 at e = 0, where its slope does not matter."""
+        """Return w, J/m^3, at logarithmic stretches e of any shape; w is 0 at e = 0.
+
+        The slope of w at e = 0 is arbitrary, because the sum of e over the three axes is zero.
+        """
 
     @abstractmethod
     def slope(self, e: Array) -> Array:
@@ -90,6 +93,7 @@ class PrincipalStretchLaw(Hyperelastic):
         self._set_tangent(f, H, False)
 
     def _projected(self, f: Array, H: Array) -> None:
+        """Write the tangent at f (3, 3, m), with negative eigenvalues set to zero, into H (9, 9, m), upper triangle."""
         self._set_tangent(f, H, True)
 
     def _set_tangent(self, f: Array, H: Array, projected: bool) -> None:

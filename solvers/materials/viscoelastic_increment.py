@@ -33,10 +33,10 @@ else:
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticStepLaw:
-    """Law of a viscoelastic step: psi = whole - lost part + held : E.
+    """Law of a viscoelastic step: psi = psi of `whole` - `lost` times psi of `part` + `held` : E.
 
-    `whole` is the instantaneous law, `lost` the fraction by which its relaxing part, the law `part`, is reduced, and
-    `held` (m, q, 3, 3), Pa, the stress that remains from the past at each point. E is the strain in a `measure`.
+    `whole` is the instantaneous law, and `part` the law of its relaxing part, of which the fraction `lost` has relaxed.
+    `held` (m, q, 3, 3), Pa, is the stress that remains from the past at each point. E is the strain in a `measure`.
     """
 
     whole: Law
@@ -47,9 +47,9 @@ class ViscoelasticStepLaw:
 
     @property
     def law(self) -> ViscoelasticStepLaw:
-        """The law itself, for code that expects the wrapped law of a `HeterogeneousLaw`.
+        """The law itself, for code that reads the wrapped law of a `HeterogeneousLaw`.
 
-        It has no constants that would differ from point to point.
+        Its own constants do not differ from point to point.
         """
         return self
 
@@ -58,7 +58,10 @@ class ViscoelasticStepLaw:
         return ViscoelasticStepLaw(self.whole, self.part, self.lost, self.held[which], self.measure)
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """Return `measure` of the tensors dP/dF of the whole law in the undeformed state, at every point (m, q)."""
+        """Return a measure (m, q) of the stiffness of the undeformed material, by the whole law, at every point.
+
+        `measure` maps tensors dP/dF (k, 3, 3, 3, 3), Pa, to numbers (k,).
+        """
         found: Array = np.broadcast_to(measure(self.whole.dPdF(np.eye(3)[None])), self.held.shape[:2])
         return found
 
@@ -73,7 +76,7 @@ class ViscoelasticStepLaw:
         return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.pulled(F, self._remaining_stress)
 
     def dPdF(self, F: Array) -> Array:
-        """Return dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3); the kept stress rotates with F."""
+        """Return dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3), including the contribution of the remaining stress `held`."""
         A = self.whole.dPdF(F) - self.lost * self.part.dPdF(F)
         self.measure.add_tangent(F, self._remaining_stress, A)
         return A

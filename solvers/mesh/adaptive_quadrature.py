@@ -1,7 +1,8 @@
 """Adaptive quadrature over the cells of a mesh, for functions that vary between the Gauss points of a cell.
 
-The reference cell is halved across one of its edges, and the halves again. Halving ends when two quadrature rules agree
-in every part and when bounds of the function over a part leave no room for a feature between the points.
+The reference cell is halved across one of its edges, and the halves are halved again. Each piece is called a part of
+the cell. Halving ends when two quadrature rules agree in every part and when bounds of the function over a part exclude
+a peak between the points.
 Source: Berntsen, Espelid and Genz (1991), "An adaptive algorithm for the approximate calculation of multiple
 integrals"; bounds by interval arithmetic: Moore (1966).
 """
@@ -23,20 +24,20 @@ from softmark.solvers.elements.reference_wedge import wedge_rule
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.quadrature_parts import Bools, CellTotals, Integrals, Parts
 
-Values = Callable[[Floats], Floats]  # of points (n, 3), m: values of g functions (g, n)
-Bounds = Callable[[Floats, Floats], tuple[Floats, Floats]]  # of boxes (n, 3), m: least and largest values (g, n)
+Values = Callable[[Floats], Floats]  # maps points (n, 3), m, to values of g functions (g, n)
+Bounds = Callable[[Floats, Floats], tuple[Floats, Floats]]  # maps corners of boxes (n, 3), m, to bounds (g, n)
 
-ROUNDS = 48  # times that parts are halved
-BULGE = 0.1  # of the extent of a part: how far curved sides may reach beyond its vertices
-VISIBLE = 0.5  # of the range of the values seen in a part: bounds that exceed it by less hide nothing of weight
-STRAIGHT = 1e-12  # of the extent of a mesh: how far nodes may lie from the middle between corners
-SLABS = 4  # that a part is cut into, along each edge, to see which way bounds become narrowest
+ROUNDS = 48  # largest number of times that a part is halved
+BULGE = 0.1  # relative to a part's extent: how far curved sides may reach beyond its vertices
+VISIBLE = 0.5  # relative to the range of the samples in a part: bounds that exceed it by less are close enough
+STRAIGHT = 1e-12  # relative to a mesh's extent: how far nodes may lie from the middle between corners
+SLABS = 4  # number of slabs of a part, in each direction, whose bounds are compared to choose the cut
 CLOSER = (
-    3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
+    3  # number of times that a part is halved for tighter bounds: its bounding box, above all a tetrahedron's, is large
 )
-LATTICE = 16384  # points that see whether few parts miss much of a cell
+LATTICE = 16384  # points used to check whether the rule of a cell with few parts misses a peak
 PLASTIC = 1.2207440846057596  # root of x^4 = x + 1, whose powers make an even lattice in three dimensions
-BATCH = 4000  # parts that are looked at together: 50 MB of shape functions
+BATCH = 4000  # parts processed at once: 50 MB of shape functions
 
 # Edges of the reference cell that are parallel: a part is halved across one of these bundles.
 BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
@@ -47,17 +48,17 @@ BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
     "tetrahedra": (((0, 1),), ((1, 2),), ((0, 2),), ((0, 3),), ((1, 3),), ((2, 3),)),
 }  # fmt: skip
 
-# A coarse and a fine rule of slices of tetrahedra, which narrow to an edge or a point and need two degrees more along.
+# Coarse and fine rule for slices of tetrahedra. Slices narrow to an edge or a point: two degrees more along the height.
 SLICES = wedge_rule((1 / 6 + 0.5 * np.array(Tri3.rim), np.full(3, 1 / 6)), 3), wedge_rule(Tri6.quadrature(), 4)
 
 
 @dataclass(frozen=True)
 class FineRule:
-    """Quadrature points of all cells, sorted by cell, with error estimates.
+    """Quadrature points of all m cells, sorted by cell, with error estimates for g functions.
 
     `cell` (n,) is the cell of each point, `xi` (n, 3) its local coordinates and `w` (n,) its volume, m^3. `values` (g,
-    n) are the functions at the points. `error` (g, m) estimates the error of the integral of each function over each
-    cell. `hidden` (g, m) is an upper bound of the integral of features between the points.
+    n) are the values of the functions at the points. `error` (g, m) estimates the error of the integral of each
+    function over each cell. `hidden` (g, m) is an upper bound of the integral that peaks between the points contribute.
     """
 
     cell: Ints
@@ -90,11 +91,12 @@ def adaptive_rule(
 ) -> FineRule:  # fmt: skip
     """Return quadrature points in every cell that integrate the g functions `values` to a tolerance.
 
-    `bounds` returns bounds of the functions over boxes. `tolerance` is relative to the integral of each function's
-    magnitude over its cell. `most` is the largest total number of parts. `axes` (3,) is 1 for coordinates that the
-    functions depend on, else 0. `floor` (g,) is added to the magnitude of each function, in the unit of the function,
-    because a function that vanishes in a cell needs no relative accuracy. The points of each part are exact for
-    polynomials of `degree`, at most five.
+    Each cell is divided into parts until the tolerance is met. `values` returns the functions (g, n) at positions (n,
+    3), m, and `bounds` their least and largest values over boxes. `tolerance` is relative to the integral of each
+    function's magnitude over its cell. `most` is the largest total number of parts. `axes` (3,) is 1 for coordinates on
+    which the functions depend, else 0. `floor` (g,) is added to the magnitude of each function, in the unit of the
+    function, because a function that vanishes in a cell needs no relative accuracy. The points of each part are exact
+    for polynomials of `degree`, at most five.
     """
     element, count = mesh.element, len(mesh.cells)
     grid = whole_cells = _CellFunctions(mesh, values, bounds, axes)
@@ -125,7 +127,10 @@ def adaptive_rule(
 
 
 def _mask_worst_parts(rough: Bools, excess: Floats, room: int) -> Bools:
-    """Return a mask (n,) of the rough parts with the largest `excess`, at most `room` of them."""
+    """Return a mask (n,) of the parts to halve if not all `rough` ones (a mask (n,)) can be halved.
+
+    It marks at most `room` of the rough parts, those with the largest `excess` (n,) of error over tolerance.
+    """
     worst = np.where(rough, excess, 0.0)
     chosen = np.zeros_like(rough)
     chosen[np.argsort(worst)[::-1][: max(0, room)]] = True
@@ -135,10 +140,11 @@ def _mask_worst_parts(rough: Bools, excess: Floats, room: int) -> Bools:
 def _join_rules(
     done: list[tuple[_CellFunctions, list[Parts]]], count: int, degree: int, totals: CellTotals
 ) -> FineRule:
-    """Join the quadrature points of all parts into one rule.
+    """Return the quadrature points of all accepted parts as one rule.
 
-    Cells with few parts get the fine rule in each part. Cells with many parts get the coarse rule, if it is exact for
-    polynomials of `degree`.
+    `done` pairs the functions with groups of accepted parts, `count` is the number of cells, and `totals` has the error
+    estimates. Cells with few parts get the fine rule in each part. Cells with many parts get the coarse rule, if it is
+    exact for polynomials of `degree`.
     """
     parts = np.concatenate([own.cell for _, each in done for own in each])
     often, found = np.bincount(parts, minlength=count), []
@@ -154,9 +160,10 @@ def _join_rules(
 
 
 def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
-    """Return a rule of degree 3 with points at the corners, midway between each two corners, and in the centre.
+    """Return points (q, 3) and weights (q,) of a quadrature rule of degree 3 that includes the cell's corners.
 
-    In hexahedra it is Simpson's rule. Weights may be negative, because this rule is only compared with others.
+    The points are the corners, the middles between each two corners, and the centre. In hexahedra it is Simpson's rule.
+    Weights may be negative, because the rule is used only to estimate the error of another rule.
     """
     corners = element.places()[: element.corners]
     middles = [0.5 * (a + b) for a, b in combinations(corners, 2)]
@@ -171,7 +178,7 @@ def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
 
 
 def lattice_points(element: type[Element]) -> Floats:
-    """Return LATTICE points (n, 3) spread evenly over the reference cell, by multiples of irrational numbers."""
+    """Return local points (LATTICE, 3) spread evenly over the reference cell, by multiples of irrational numbers."""
     t = (0.5 + np.arange(1, LATTICE + 1)[:, None] * PLASTIC ** -np.arange(1.0, 4.0)) % 1.0
     if element.corners == 8:
         return 2.0 * t - 1.0
@@ -183,7 +190,10 @@ def lattice_points(element: type[Element]) -> Floats:
 
 
 def drop_straight_midnodes(mesh: Mesh) -> Mesh:
-    """Return the mesh with corner nodes only if all midside nodes lie midway between corners, else the mesh itself."""
+    """Return the mesh with corner nodes only, if all midside nodes lie midway between corners.
+
+    Otherwise return the mesh unchanged.
+    """
     element = mesh.element
     if element.linear == mesh.kind:
         return mesh
@@ -196,9 +206,9 @@ def drop_straight_midnodes(mesh: Mesh) -> Mesh:
 
 
 def _affine_maps(mesh: Mesh) -> Floats | None:
-    """Return the affine map x = r_0 + xi R of every cell as rows r_0 and R, shape (m, 4, 3), m.
+    """Return the affine map x = r_0 + xi R of every cell as an array (m, 4, 3), m; None if a map is not affine.
 
-    Return None if the map of a cell is not affine.
+    The first of the four rows is r_0, and the others are R.
     """
     local = mesh.element.places()
     rows = np.column_stack([np.ones(len(local)), local])
@@ -209,19 +219,25 @@ def _affine_maps(mesh: Mesh) -> Floats | None:
 
 
 def _excess_over_samples(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Floats:
-    """Return by how much bounds (g, n) exceed the least and largest sampled values; 0 if the excess is negligible."""
+    """Return how far bounds (g, n) of functions lie beyond the least and largest sampled values, as an array (g, n).
+
+    An excess that is small compared with the range of the samples is set to 0.
+    """
     low, high = bounds
     beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
-    known = np.isfinite(beyond)  # else nothing is known of it
+    known = np.isfinite(beyond)  # infinite bounds give no information
     return np.where(known & (beyond > VISIBLE * (largest - least)), beyond, 0.0)
 
 
 class _CellFunctions:
-    """Functions to be integrated over parts of the cells of a mesh."""
+    """Functions to be integrated over parts of the cells of a mesh, with quadrature rules and ways to cut parts.
+
+    If `sliced`, parts are wedges made of tetrahedra by `slices`, instead of pieces of the reference cell.
+    """
 
     def __init__(self, mesh: Mesh, values: Values, bounds: Bounds, axes: Floats, sliced: bool = False) -> None:
         self.values, self.bounds, self.axes, self.sliced = values, bounds, axes, sliced
-        self.mesh = drop_straight_midnodes(mesh)  # whose shape functions are fewer
+        self.mesh = drop_straight_midnodes(mesh)  # fewer shape functions are faster
         self.element = self.mesh.element
         self.scale = 2.0 / np.ptp(self.element.places(), axis=0)
         self.linear = CELLS["wedge6" if sliced else self.element.linear]
@@ -230,7 +246,7 @@ class _CellFunctions:
         rules = (self.fine, self.coarse, closed_rule(self.linear))
         self.all = np.concatenate([xi for xi, _ in rules]), np.ones(sum(len(w) for _, w in rules))
         n = [len(w) for _, w in rules]
-        weights = np.zeros((3, sum(n)))  # of each rule at all points
+        weights = np.zeros((3, sum(n)))  # each row has the weights of one rule, and zeros at the points of the others
         for row, (_, w), end in zip(weights, rules, np.cumsum(n), strict=True):
             row[end - len(w) : end] = w
         self.weights, self.others = weights[0], weights[0] - weights[1:]
@@ -244,12 +260,14 @@ class _CellFunctions:
         return np.asarray(N @ self.mesh.points[self.mesh.cells[cell]])
 
     def within(self, parts: Parts, rule: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
-        """Apply a quadrature rule in every part.
+        """Map the points and weights of a quadrature rule into every part.
 
-        Return local points (n, q, 3), positions (n, q, 3), m, and weights as volumes (n, q), m^3.
+        Return local points (n, q, 3), positions (n, q, 3), m, and weights (n, q), m^3, whose sum over a part is its
+        volume.
         """
         xi = self.linear.shape(rule[0]) @ parts.vertices
-        known = rule[0] if self.sliced else np.array([self.linear.centre])  # other parts are mapped by one matrix
+        # maps of parts that are no slices are affine: one point suffices
+        known = rule[0] if self.sliced else np.array([self.linear.centre])
         edges = parts.vertices.swapaxes(1, 2)[:, None] @ self.linear.gradient(known)
         share = np.abs(determinants(edges.swapaxes(2, 3)))
         if self.affine is not None:
@@ -276,12 +294,12 @@ class _CellFunctions:
         return low, high
 
     def integrate(self, parts: Parts) -> Integrals:
-        """Integrate the functions over parts by several rules, in batches, and compare the results."""
+        """Return the integrals of the functions over parts by several rules, with the differences between the rules."""
         groups = range(0, len(parts), BATCH)
         return Integrals.joined([self._integrate_batch(parts[at : at + BATCH]) for at in groups])
 
     def _integrate_batch(self, parts: Parts) -> Integrals:
-        """Integrate the functions over one batch of parts, and compare the fine rule with the other rules.
+        """Return the integrals of the functions over one batch of parts, with the differences from the fine rule.
 
         The integral of a function that is odd about the middle of a part vanishes in every symmetric rule, so the rules
         agree although they may miss the function. Its product with a coordinate is even, so such products are compared
@@ -307,11 +325,11 @@ class _CellFunctions:
         return Integrals(np.abs(weighed) @ self.weights, volume, off, error, beyond * volume)
 
     def resample_hidden(self, rule: FineRule, cells: Ints) -> Floats:
-        """Return tighter estimates (g, m) of the integral that a rule may miss, for `cells` with too few parts.
+        """Return tighter bounds (g, m) of the integral that a rule may miss, updated in the given `cells`.
 
-        A lattice of many points is summed and compared with the rule. Bounds of the functions overestimate the missed
-        integral by far; they are kept only if the values at the lattice points do not come near the bounds over the
-        cell.
+        In each of these cells the functions are summed over a lattice of many points and compared with the rule. The
+        bounds of the rule overestimate the missed integral by far. They are kept only if the values at the lattice
+        points do not come near the bounds of the functions over the cell.
         """
         hidden = rule.hidden.copy()
         xi = lattice_points(self.element)
@@ -331,7 +349,7 @@ class _CellFunctions:
         return hidden
 
     def tighten_bounds(self, parts: Parts) -> tuple[Floats, Floats]:
-        """Return tighter bounds (g, n) of the functions over parts, from bounds over eight pieces of each."""
+        """Return tighter lower and upper bounds (g, n) of the functions over parts, from eight pieces of each part."""
         pieces = parts
         for _ in range(CLOSER):
             pieces = self.bisected(pieces)
@@ -356,10 +374,10 @@ class _CellFunctions:
         return Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
     def halved(self, parts: Parts, size: Floats) -> Parts:
-        """Return both halves of each part, one after the other.
+        """Return both halves of each part, one after the other, cut where bounds of the functions become narrowest.
 
-        A part is cut across the edges along which bounds of the functions become narrowest, or else across the longest.
-        `size` (g,) is the order of magnitude of each function.
+        A part is cut across one of its bundles of parallel edges: the one along which the bounds become narrowest, or
+        the longest of several that are equally good. `size` (g,) is the order of magnitude of each function.
         """
         if not len(parts):
             return parts
@@ -367,11 +385,12 @@ class _CellFunctions:
         return Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
 
     def slices(self, parts: Parts, size: Floats) -> Parts:
-        """Cut tetrahedra into wedges between parallel planes through their vertices; some wedge edges have no length.
+        """Cut tetrahedra into wedges between parallel planes through their vertices.
 
-        The planes are normal to the coordinate axis along which slabs of the bounding box have the narrowest bounds. If
-        a function varies along that axis, halves of the wedges are slabs of nearly constant value; halves of tetrahedra
-        are not. `size` (g,) is the order of magnitude of each function.
+        Some edges of these wedges have no length. The planes are normal to the coordinate axis along which slabs of the
+        bounding box have the narrowest bounds. If a function varies along that axis, halves of the wedges are slabs of
+        nearly constant value, while halves of tetrahedra are not. `size` (g,) is the order of magnitude of each
+        function.
         """
         low, high = self.box(parts)
         width = np.zeros((3, len(parts)))
@@ -383,7 +402,7 @@ class _CellFunctions:
                 least, most = self.bounds(a, b)
                 with np.errstate(invalid="ignore"):
                     width[axis] += (np.nan_to_num(most - least, nan=0.0, posinf=1e300) / size[:, None]).sum(axis=0)
-        near = (width <= 1.05 * width.min(axis=0)).T * self.axes  # as good: that along which it is longest
+        near = (width <= 1.05 * width.min(axis=0)).T * self.axes  # of several equally good axes, the longest is taken
         axis = ((high - low) * near + 1e-300 * self.axes).argmax(axis=1)
         rows = np.arange(len(parts))
         height = self.places(parts.cell, parts.vertices)[rows, :, axis]
@@ -392,7 +411,7 @@ class _CellFunctions:
         v = np.take_along_axis(parts.vertices, order[:, :, None], axis=1)
         a, b, c, d = v.swapaxes(0, 1)
 
-        def on(i: int, j: int, k: int) -> Floats:  # the edge from vertex i to j, as high as vertex k
+        def on(i: int, j: int, k: int) -> Floats:  # point of the edge from vertex i to j at the height of vertex k
             span = s[:, j] - s[:, i]
             t = (s[:, k] - s[:, i]) / np.where(span > 0.0, span, 1.0)
             return np.asarray(v[:, i] + t[:, None] * (v[:, j] - v[:, i]))
@@ -414,7 +433,7 @@ class _CellFunctions:
             one[:, b], other[:, a] = middle, middle
             halves.append((one, other))
             width = np.zeros(len(parts))
-            for k in range(SLABS):  # halves alone do not tell where a peak lies in the middle, or waves are short
+            for k in range(SLABS):  # two halves would not reveal a peak in the middle or short waves
                 slab = parts.vertices.copy()
                 slab[:, a] += k / SLABS * (parts.vertices[:, b] - parts.vertices[:, a])
                 slab[:, b] -= (1.0 - (k + 1) / SLABS) * (parts.vertices[:, b] - parts.vertices[:, a])
@@ -425,16 +444,17 @@ class _CellFunctions:
             lengths.append((np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1))
         width, length = np.array(widths), np.array(lengths)
         length /= np.maximum(length.max(axis=0), 1e-300)
-        near = width <= 1.05 * width.min(axis=0)  # as good: the longest of these
+        near = width <= 1.05 * width.min(axis=0)  # of several equally good bundles, the longest is taken
         which = np.where(near, length, -1.0).argmax(axis=0)
         every = np.array(halves)  # (d, 2, n, v, 3)
         rows = np.arange(len(parts))
         return Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
 
     def points(self, parts: Parts, many: Bools) -> Iterator[tuple[Ints, Floats, Floats, Floats]]:
-        """Yield the cells, local points, volumes and values of the quadrature points of all parts.
+        """Yield the quadrature points of all parts in batches: cells, local points, weights and values.
 
-        Parts marked in `many` (n,) get the coarse rule, all others the fine one.
+        Shapes are (k,), (k, 3), (k,), m^3, and (g, k). Parts marked in the mask `many` (n,) get the coarse rule, all
+        others the fine one. Points come in batches.
         """
         for which, rule in ((~many, self.fine), (many, self.coarse)):
             some = parts[which]

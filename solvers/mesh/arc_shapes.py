@@ -58,7 +58,7 @@ class Arc(Swept):
         directions define no plane.
         """
         if (self.side is None) == (self.section_radius is None):
-            return "it needs a `side` (rectangular section) or a `section_radius` (round section)"
+            return "it needs either a `side` (rectangular section) or a `section_radius` (round section)"
         if self.height is not None and self.side is None:
             return "`height` belongs to a rectangular section; a round one has only a `section_radius`"
         if max(0.5 * (self.side or 0.0), self.section_radius or 0.0) >= self.radius:

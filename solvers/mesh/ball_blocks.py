@@ -15,7 +15,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
-CORNER, BULGE = 0.65, 0.4  # of the cube: radius of its corners, how far its sides follow the sphere
+CORNER, BULGE = 0.65, 0.4  # rounded cube: radius of its corners; 0 for flat sides, 1 for a sphere
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class Blocks:
 def build_ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
     """Return a cube with `side` cells along each edge and `shells` shells of cells between it and the unit sphere.
 
-    `side` is an even number. These counts keep the mean-ratio quality of tetrahedra above 0.5 from coarse to fine
-    meshes. Further shells end at spheres with the radii `beyond`, each above 1.
+    `side` is an even number. With the counts that spheres use, the mean-ratio quality of tetrahedra stays above 0.5
+    from coarse to fine meshes. Further shells end at spheres with the radii `beyond`, each above 1.
     """
     cube, sphere = _build_cube(side)
     inner = CORNER * ((1.0 - BULGE) * cube.points / np.sqrt(3.0) + BULGE * sphere)
@@ -63,10 +63,10 @@ def _build_cube(side: int) -> tuple[Blocks, Floats]:
 
 
 def _add_shells(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: Sequence[float] = ()) -> Blocks:
-    """Return a core with shells around it, or only the shells if `hollow`.
+    """Return a core with shells of cells around it, or only the shells if `hollow`.
 
-    Shells end at the fractions `share` of the way from the core's surface to the points `sphere`, and at the radii
-    `beyond`, above 1.
+    Shells end at the fractions `share` of the distance from the core's surface to the points `sphere` (n, 3), and then
+    at the radii `beyond`, each above 1.
     """
     quads = Mesh(core.points, core.cells, "hex8").facets
     rim, own = np.unique(quads, return_inverse=True)
@@ -87,8 +87,8 @@ def _add_shells(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyon
 def mesh_blocks(blocks: Blocks, kind: str, stretch: tuple[float, ...], origin: tuple[float, ...], kept: int) -> Mesh:
     """Return a mesh of the element `kind` from blocks of the unit ball. Raises UnknownElement.
 
-    Blocks are scaled by `stretch` along x, y and z and moved to `origin`, m. Along the first `kept` of the axes only
-    the half above the origin is kept.
+    Blocks are scaled by `stretch` along x, y and z and moved to `origin`, m. Along the first `kept` axes (0 to 3), only
+    the half with coordinates above the origin remains.
     """
     element = element_of(kind)
     inside = (blocks.points[blocks.cells][:, :, :kept] >= -1e-9).all(axis=(1, 2))

@@ -34,9 +34,9 @@ def import_manifold3d() -> Any:
 
 
 def combine_surfaces(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints]) -> ClosedSurface:
-    """Return the closed surface that a Boolean `operation` makes of two closed surfaces. Raises UnreadableMesh.
+    """Return the closed surface of the union, difference or intersection (`operation`) of two closed surfaces.
 
-    Each surface is given by points (n, 3), m, and triangles (t, 3).
+    Each surface is given by points (n, 3), m, and triangles (t, 3). Raises UnreadableMesh.
     """
     manifold = import_manifold3d()
     every = np.concatenate([one[0], other[0]])

@@ -87,7 +87,7 @@ class Combined(SurfaceBody):
 
     @property
     def least(self) -> float:
-        """Lower bound of the volume, m^3, computed without the surface."""
+        """Lower bound of the volume, m^3, from the shapes' volumes and bounding boxes, without making the surface."""
         if self.operation == "union":
             return float(max(self.one.least, self.other.least))
         if self.operation == "intersection" or self.other.bounds is None:
@@ -96,7 +96,7 @@ class Combined(SurfaceBody):
         return float(max(0.0, self.one.least - most))
 
     def contains(self, point: Vector3) -> bool:
-        """Return whether the body, with the surface of its holes, contains a point, within 1e-9 of its size."""
+        """Return whether the body contains a point, within 1e-9 of its size; the surface of its holes belongs to it."""
         if self.operation == "union":
             return any(shape.contains(point) for shape in self.pair)
         if self.operation == "intersection":
@@ -108,7 +108,7 @@ class Combined(SurfaceBody):
         return not all(self.other.contains(near) for near in around)
 
     def fineness(self, size: float | None) -> float:
-        """Return the size of the surface's facets, m, for cells of `size` (m)."""
+        """Return the size of the surface's facets, m, for cells of `size` (m); the field `facets` takes precedence."""
         return self.facets or FACETS * (size or USUAL * self.diagonal)
 
     def closed(self, size: float | None = None) -> ClosedSurface:
@@ -116,7 +116,7 @@ class Combined(SurfaceBody):
         return _combine_closed_surfaces(self, file_stamp(self), self.fineness(size))
 
     def halved(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
-        """Return the surface for cells of `size` (m) twice: as used, and with facets of half the size.
+        """Return the surface with facets for cells of `size` (m), and the surface with facets of half that size.
 
         Raises UnreadableMesh.
         """
@@ -124,9 +124,9 @@ class Combined(SurfaceBody):
         return _combine_closed_surfaces(self, now, here), _combine_closed_surfaces(self, now, here, 1)
 
     def missed(self, size: float) -> float:
-        """Return the volume between the facets and the curved surface, m^3.
+        """Return the volume between the flat facets and the curved surface, m^3, for cells of `size` (m).
 
-        It is estimated by comparison with facets of half the size, which miss a fourth of it.
+        It is estimated from facets of half the size, which miss a fourth of this volume.
         """
         coarse, fine = self.halved(size)
         return 4.0 / 3.0 * (fine.volume - coarse.volume)
@@ -198,7 +198,7 @@ def _are_boxes_disjoint(one: Bounds | None, other: Bounds | None, touching: bool
 
 
 def file_stamp(shape: Shape) -> Any:
-    """Return a value that changes when the mesh file of one of the bodies changes."""
+    """Return a value that changes whenever the mesh file of the shape, or one of a combined shape, changes."""
     if isinstance(shape, Combined):
         return tuple(file_stamp(own) for own in shape.pair)
     return modification_stamp(shape.file) if shape.file else None
@@ -216,6 +216,10 @@ def _estimate_triangle_count(shape: Shape, facets: float) -> float:
 
 @lru_cache(maxsize=16)
 def _combine_closed_surfaces(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
+    """Return the closed surface of a combined shape with facets of the size `facets` (m). Raises UnreadableMesh.
+
+    Facets are halved `halved` more times. `files` is the result of `file_stamp`, a key of the cache.
+    """
     from softmark.solvers.mesh.boolean_operations import combine_surfaces, too_many_triangles_error
 
     if (count := _estimate_triangle_count(shape, facets)) > MANY:
@@ -226,7 +230,7 @@ def _combine_closed_surfaces(shape: Combined, files: Any, facets: float, halved:
 def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
     """Return points (n, 3), m, and triangles (t, 3) of a shape's surface. Raises UnreadableMesh.
 
-    Facets of the size `facets` (m) are split `halved` more times.
+    Facets of the size `facets` (m) are halved `halved` more times.
     """
     from softmark.solvers.mesh.boolean_operations import refine_surface
 
@@ -246,6 +250,10 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
 def _tetrahedralize(
     shape: Combined, files: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
 ) -> FilledMesh:
+    """Return the cached tetrahedral mesh of a combined shape. Raises UnreadableMesh.
+
+    `facets`, `size` and `tolerance` are in m. `files` is the result of `file_stamp`, a key of the cache.
+    """
     from softmark.solvers.mesh.tetrahedralization import fill_surface
 
     return fill_surface(_combine_closed_surfaces(shape, files, facets), size, tolerance, graded)

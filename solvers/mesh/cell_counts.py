@@ -8,7 +8,9 @@ from itertools import pairwise
 from softmark.solvers.mesh.conforming_planes import Cut, anchors, cuts_along
 
 SMALLEST = 0.2  # relative to a disc's radius: smallest circle around the core
-OFF_CENTRE = 0.6  # of a disc's radius: a chord may be as far from the middle; cells there are 1 to 4 in size
+OFF_CENTRE = (
+    0.6  # relative to a disc's radius: largest distance of a chord from the centre; cell sizes then vary 1 to 4
+)
 
 
 def count_divisions(length: float, size: float, least: int = 1) -> int:
@@ -25,16 +27,19 @@ def count_rectangle_cells(width: float, height: float, size: float) -> tuple[int
 
 
 def count_disc_cells(radius: float, size: float) -> tuple[int, int]:
-    """Return two numbers of cells of a disc mesh: along a side of its inner square, and of rings around the square.
+    """Return the numbers of cells in a disc mesh: along a side of its inner square, and of rings around the square.
 
-    A side of the square spans a quarter of the circle. The numbers are in the proportion 4 to 1 at sizes of `radius` /
-    2.5 k, k = 1, 2, ...: meshes of these sizes are similar.
+    A side of the square spans a quarter of the circle. For cell sizes `radius` / (2.5 k), k = 1, 2, ..., the two
+    numbers are in the ratio 4 to 1, so that meshes of these sizes are similar.
     """
     return 2 * count_divisions(math.pi * radius / 4, size), count_divisions(0.4 * radius, size)
 
 
 def circle_radii(radius: float, size: float, cuts: tuple[Cut, ...] = ()) -> list[float]:
-    """Return the radii (m) of the circles in a disc mesh, outward: of the core and of the rings around it."""
+    """Return the radii (m) of the circles of nodes in a disc mesh, outward: the core and the rings around it.
+
+    `size` (m) is the cell size. Circles lie on the cuts of the coordinate `radius`.
+    """
     inner = [cut for cut in cuts_along(cuts, "radius") if SMALLEST * radius <= cut.at < radius]
     core, *ends = anchors(0.0, radius, size, inner)[1:]
     found = [core]

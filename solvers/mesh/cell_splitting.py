@@ -29,10 +29,11 @@ _MIRROR_X, _MIRROR_Z = np.array([1, 0, 3, 2, 5, 4, 7, 6]), np.array([4, 5, 6, 7,
 def mesh_hexahedra(
     points: Floats, hexahedra: Ints, colour: Ints, element: type[Element], same: Ints | None = None
 ) -> Mesh:
-    """Return a mesh of an element from hexahedra (m, 8); face diagonals join points of equal `colour` (n,), 0 or 1.
+    """Return a mesh of an element from hexahedra (m, 8) over points (n, 3); hexahedra may be split into tetrahedra.
 
-    If hexahedra are degenerate (wedges), `same` (n,) gives for each point the point with which it coincides; tetrahedra
-    that contain a point twice are dropped.
+    In tetrahedral meshes, face diagonals join points of equal `colour` (n,), 0 or 1. If hexahedra are degenerate
+    (wedges), `same` (n,) gives for each point the point with which it coincides; tetrahedra that contain a point twice
+    are dropped.
     """
     even = colour[hexahedra[:, 0]] == 0
     own, other = (hexahedra[:, np.array(part)] for part in element.split)
@@ -54,7 +55,7 @@ def split_into_five(mesh: Mesh) -> Mesh:
 
 
 def split_into_five_alike(mesh: Mesh) -> Mesh:
-    """Split each hexahedron into five tetrahedra in the same way; faces of neighbours need not match."""
+    """Split each hexahedron into five tetrahedra by the same diagonals; faces of neighbours need not match."""
     return _mesh_without_matching(mesh, mesh.cells[:, np.array(Tetrahedron.split[0])].reshape(-1, 4))
 
 
@@ -106,7 +107,7 @@ def _mesh_without_matching(mesh: Mesh, cells: Ints) -> Mesh:
 
 
 def orient_positively(points: Floats, cells: Ints, element: type[Element]) -> Ints:
-    """Return cells of corner nodes; the nodes of cells with negative volume are reordered."""
+    """Return cells (m, a) of corner nodes, with the nodes of cells of negative volume reordered."""
     flipped = np.where(Mesh(points, cells, element.linear).volumes < 0)[0]
     cells = cells.copy()
     cells[flipped] = cells[flipped][:, np.array(element_of(element.linear).mirrored_nodes)]
@@ -134,9 +135,10 @@ def two_colour_points(mesh: Mesh) -> Ints:
 
 
 def add_midside_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
-    """Return the same cells as an element with more nodes, which are placed by the shape functions of the cells.
+    """Return the mesh with the same cells as an element with more nodes, such as tet10 for tet4.
 
-    The nodes that both elements have are the first nodes of each cell.
+    New nodes are placed by the shape functions of the cells. The nodes that both elements have are the first nodes of
+    each cell.
     """
     cells, points, skin = [mesh.cells], [mesh.points], [] if mesh.skin is None else [mesh.skin]
     count, more = len(mesh.points), element.between[mesh.element.nodes - element.corners :]
@@ -158,7 +160,8 @@ def add_midside_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
 def _corner_groups_of_facets(skin: Ints, element: type[Element], groups: Ints) -> Ints:
     """Return for each facet of `skin` (f, k) the numbers (f, s) of the corner groups that it contains.
 
-    `groups` (g, size) lists groups of corners; a midside node lies between the corners of a group.
+    `groups` (g, size) lists groups of corners, such as the two ends of an edge. A midside node lies between the corners
+    of a group.
     """
     size = groups.shape[1]
     local = np.array([ends for ends in element.facet.between if len(ends) == size], dtype=np.int64).reshape(-1, size)

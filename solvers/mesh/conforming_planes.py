@@ -22,13 +22,13 @@ THINNEST = 1e-6  # relative to the range: smallest thickness of a fully held lay
 class Cut:
     """A surface on which nodes must lie: where the coordinate `axis` of a shape equals `at` (m).
 
-    If `thin`, a support fixes everything between the surface and the nearest end of the body, so that this layer may be
-    arbitrarily thin. `turn` (rad) is the direction of the normal of a chord of a disc, measured from the first
+    `thin` is True if a support fixes everything between the surface and the nearest end of the body; this layer may
+    then be arbitrarily thin. `turn` (rad) is the direction of the normal of a chord of a disc, measured from the first
     transverse axis.
 
-    If `finer` is above 1, the cut is graded: there cells are smaller by this factor, and they grow linearly to their
-    usual size over the distance `reach` (m). In a body given by its surface, cells are finer where a condition holds,
-    called as `where.holds(x, y, z, extent)`; `axis` is then no coordinate.
+    If `finer` is above 1, the cut is graded: cells there are smaller by this factor, and they grow linearly to their
+    usual size over the distance `reach` (m). In a body given by its surface, cells are finer wherever the condition
+    `where` holds, which is called as `where.holds(x, y, z, extent)`; `axis` is then no coordinate.
     """
 
     axis: str
@@ -45,18 +45,18 @@ class Cut:
         return self.finer > 1.0
 
     def share(self, away: Any, reach: float) -> Any:
-        """Return the fraction of the usual cell size at the distance `away` (m), a number or an array.
+        """Return the cell size at the distance `away` (m), a number or an array, as a fraction of the usual size.
 
-        The fraction grows linearly to 1 at the distance `reach` (m).
+        The fraction grows linearly from 1 / `finer` at the cut to 1 at the distance `reach` (m).
         """
         least = 1.0 / self.finer
         return least + (1.0 - least) * away / reach
 
 
 def smallest_size(size: float, cuts: Iterable[Cut]) -> float:
-    """Return the size of the smallest cells (m) in a mesh of cells of `size` (m), graded at cuts.
+    """Return the size of the smallest cells (m) in a mesh of cells of `size` (m) that is graded at cuts.
 
-    Facets larger than the smallest cells would act as notches.
+    The facets of a surface must be no larger than these cells; larger ones would act as notches.
     """
     return size / max((cut.finer for cut in cuts), default=1.0)
 
@@ -67,10 +67,10 @@ def cuts_along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
 
 
 def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[float] | None:
-    """Return grid lines from `low` to `high` (m) with a line at each cut.
+    """Return the coordinates of grid lines from `low` to `high` (m) with a line at each cut, in ascending order.
 
-    Return None if `count` even cells already have lines at all cuts. Intervals between cuts are divided into cells of
-    about the even size. A cut too near to another is left out.
+    Return None if `count` equal cells already have lines at all cuts. Intervals between cuts are divided into cells of
+    about the equal size. A cut too near to another is left out.
     """
     span = high - low
     each = span / count
@@ -92,8 +92,8 @@ def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list
 def _graded_grid_lines(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
     """Return grid lines at equal steps of the integral of 1 / (local cell size).
 
-    `each` (m) is the cell size far from all graded cuts. Half this size gives twice as many lines, and every second
-    line lies on an old one.
+    `each` (m) is the cell size far from all graded cuts. Half this size gives twice as many lines, and every second of
+    them lies on a line for the full size.
     """
     span = high - low
     held = [c for c in (*graded, *cuts) if low + SAME * span < c.at < high - SAME * span]
@@ -111,13 +111,16 @@ def _graded_grid_lines(low: float, high: float, each: float, graded: Sequence[Cu
 
 
 def _size_fraction(at: float, graded: Sequence[Cut]) -> float:
-    """Return the fraction of the usual cell size at the coordinate `at`, m; it is least at graded cuts."""
+    """Return the cell size at the coordinate `at`, m, as a fraction of the usual size; it is least at graded cuts."""
     found: float = min(1.0, *(c.share(abs(at - c.at), c.reach) for c in graded))
     return found
 
 
 def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:
-    """Return, in order, both ends and the cuts that are far enough from all others, m."""
+    """Return, in ascending order, both ends and the cuts that are far enough from all others, m.
+
+    These grid lines are fixed; other lines are placed between them. `each` (m) is the usual cell size.
+    """
     found = [low, high]
     for cut in cuts:
         least = THINNEST * (high - low) if cut.thin else LEAST * each
@@ -127,6 +130,6 @@ def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[f
 
 
 def count_cells(low: float, high: float, count: int, cuts: Sequence[Cut]) -> int:
-    """Return the number of cells between the lines of `grid_lines`."""
+    """Return the number of cells between the lines that `grid_lines` returns for these arguments."""
     found = grid_lines(low, high, count, cuts)
     return count if found is None else len(found) - 1

@@ -1,4 +1,4 @@
-"""Curved sides of shapes: the mesh facets that approximate them, and projection of points onto them."""
+"""Curved sides of shapes: selection of the mesh facets inscribed in them, and projection of points onto them."""
 
 from __future__ import annotations
 
@@ -137,9 +137,10 @@ class TorusSide(CurvedSide):
     inner: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets, with nodes at (f, k, 3), m, lie on the torus; a mask (f,).
+        """Return which facets, with nodes at (f, k, 3), m, are inscribed in the torus; a mask (f,).
 
-        All nodes of such a facet lie on the torus, and not all of them in one section.
+        All nodes of such a facet lie on the torus. Facets with all nodes in one cross-section are excluded, because
+        they belong to a flat end.
         """
         off = corners - np.array(self.centre)
         up, x, y = (off @ np.array(e) for e in (self.axis, *transverse(self.axis)))

@@ -1,4 +1,4 @@
-"""A body of two shapes that share no node: each has its own mesh, and only contact or a tie connects the two."""
+"""A body of two shapes that share no node: each has its own mesh, and only contact or glue connects the two."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class DisjointShapes(Shape):
 
     @property
     def flat(self) -> bool:  # type: ignore[override]
-        """True if both shapes are plane regions; a mesh file counts as whatever the other shape is."""
+        """True if both shapes are plane regions; a mesh file counts as plane if the other shape is."""
         return any(bool(shape.flat) for shape in self.pair)
 
     @property
@@ -75,7 +75,7 @@ class DisjointShapes(Shape):
 
     @property
     def volume(self) -> float | None:
-        """Sum of the volumes of both shapes, m^3; None if unknown."""
+        """Sum of the volumes of both shapes, m^3; None if one is unknown."""
         one, other = (shape.volume for shape in self.pair)
         return None if one is None or other is None else one + other
 
@@ -132,7 +132,7 @@ class DisjointShapes(Shape):
         return made
 
     def surface(self, size: float) -> Surface:
-        """Return points (n, 3), m, and triangles (t, 3) of both surfaces, facing outward."""
+        """Return points (n, 3), m, and triangles (t, 3) of both surfaces, facing outward, for cells of `size` (m)."""
         (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._cell_size_ratios, strict=True))
         return np.concatenate([a, b]), np.concatenate([s, t + len(a)])
 

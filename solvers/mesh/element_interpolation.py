@@ -11,8 +11,8 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.nearest_points import build_point_search
 
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
-BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
-STILL = 1e-13  # local coordinates that no longer move
+BESIDE = 1e-9  # negative barycentric coordinates of this size are attributed to rounding
+STILL = 1e-13  # change of local coordinates at which iterations end
 OUT = 0.01  # in local coordinates: a point farther outside by the last step is not on a shared face
 CHUNK = 32  # points whose distances to all cells are held at once
 
@@ -55,12 +55,12 @@ def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule
 
 
 def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
-    """Return one integration point for each cell, with cell means of all gradients and the volume of the cell.
+    """Return one integration point for each cell, with cell means of gradients and the volume of the cell.
 
     Like the gradient at the centre, the mean is exact for a displacement with constant gradient. Under constant stress
     the mean also gives the exact nodal forces, int dN_a/dX dV, whereas the gradient at the centre does so only in
-    parallelepipeds. So cells of any shape pass the patch test. For cells that are `revolved` about the y axis,
-    gradients are means over whole rings, and shape functions means over the slice.
+    parallelepipeds. So cells of any shape pass the patch test. For a slice `revolved` about the y axis, gradients are
+    means over whole rings, and shape functions are means over the slice.
     Source: Flanagan and Belytschko (1981), "A uniform strain hexahedron and quadrilateral with orthogonal hourglass
     control".
     """
@@ -72,7 +72,7 @@ def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
     return Integration(dNdX, w.sum(axis=2), w @ N / w.sum(axis=2, keepdims=True))
 
 
-KEPT = (4, 64, 50_000)  # sets of points whose places in a mesh are kept: always, at most, and points of all together
+KEPT = (4, 64, 50_000)  # cached sets of points: always kept, at most kept, and largest total number of points
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,9 @@ def locate_points(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def cache_locations(mesh: Mesh, X: Floats, found: PointLocations) -> None:
-    """Cache the locations `found` of points X (n, 3) in a mesh.
+    """Cache the locations `found` of points X (n, 3), m, for later calls of `locate_points` on this mesh.
 
-    They were found in this mesh, or in a larger mesh that contains the same cells.
+    The locations were found in this mesh, or in a larger mesh that contains the same cells.
     """
     kept: list[tuple[Floats, PointLocations]] = mesh.selections.setdefault(locate_points, [])
     kept.insert(0, (X.copy(), found))
@@ -126,7 +126,7 @@ def cache_locations(mesh: Mesh, X: Floats, found: PointLocations) -> None:
 
 
 def _locate_in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
-    """Locate points X (n, 3) in a mesh of four-node tetrahedra."""
+    """Return the locations of points X (n, 3), m, in a mesh of four-node tetrahedra."""
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
     found = _most_interior_cells(mesh, X, a, inverse)
@@ -143,16 +143,21 @@ def _locate_in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def _barycentric_coordinates(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
-    """Return the barycentric coordinates (n, 4) of points X (n, 3), each in one tetrahedron `cell` (n,)."""
+    """Return the barycentric coordinates (n, 4) of points X (n, 3), each in one tetrahedron `cell` (n,).
+
+    `a` (m, 3) is the first corner of each tetrahedron of the mesh, and `inverse` (m, 3, 3) the inverse of its edge
+    matrix.
+    """
     xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
     return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
 
 
 def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """Return the cell nearest to each point X (n, 3) outside the mesh, shape (n,).
+    """Return the boundary cell nearest to each point X (n, 3), m, outside the mesh, shape (n,).
 
-    Among equally near cells, it is the one from which X is least outside. The nearest point of the mesh lies on its
-    boundary, and no farther than the nearest boundary corner.
+    Among equally near cells, the one whose smallest barycentric coordinate at X is largest is returned. Only boundary
+    facets within the distance of the nearest boundary corner are searched. `a` and `inverse` are those of
+    `_barycentric_coordinates`.
     """
     corners = mesh.points[mesh.facets]  # (f, 3, 3)
     middles = corners.mean(axis=1)
@@ -209,7 +214,7 @@ def _most_interior_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> I
 
 
 def _locate_in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
-    """Locate points X (n, 3) in a mesh of cells other than four-node tetrahedra."""
+    """Return the locations of points X (n, 3), m, in a mesh of cells other than four-node tetrahedra."""
     which, cell = _candidate_cells(mesh, X)
     xi = _find_local_coordinates(mesh, which, X[which], cell)
     element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
@@ -225,9 +230,10 @@ def _locate_in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def _extrapolated_shape_functions(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
-    """Return N(xi) + dN/dxi . d, shape (n, a), with d the remaining local distance to X.
+    """Return the shape functions (n, a) of a cell at each point X (n, 3), m, linearly extrapolated from `xi` (n, 3).
 
-    This is exact inside a cell, and linear extrapolation from the nearest local point outside.
+    `xi` is the local point nearest to X, and `cell` (n,) the cell. The result is N(xi) + dN/dxi . d with the remaining
+    local distance d to X, which is zero inside the cell.
     """
     N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
     corners = mesh.points[mesh.cells[cell]]
@@ -267,11 +273,11 @@ def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[In
 
 
 def _find_local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
-    """Return the local coordinates xi (p, 3) of points X (p, 3) in cells (p,), by projected Newton steps.
+    """Return the local coordinates xi (p, 3) of points X (p, 3), m, in cells (p,), by projected Newton steps.
 
-    For a point outside its cell it is the local point nearest to X. A pair of a point and a cell is finished when the
-    local point no longer moves, or when it leaves its cell and another cell contains the point. `which` (p,) is the
-    number of the point in each pair.
+    For a point outside its cell, the result is the local point of the cell nearest to X. Iterations for a pair of a
+    point and a cell end when the local point no longer moves, or when it leaves the cell and another cell contains the
+    point. `which` (p,) is the number of the point in each pair.
     """
     element = mesh.element
     result = np.tile(np.array(element.centre), (len(X), 1))

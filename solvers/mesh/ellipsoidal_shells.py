@@ -26,9 +26,10 @@ NEAR = 1e-9  # relative to the size: tolerance of containment
 class EllipsoidalWall:
     """The wall between two concentric ellipsoids about an axis, truncated at the top.
 
-    A point of the wall has two coordinates. The depth s, 0 inside and 1 outside, selects an ellipsoid with proportional
-    semi-axes. The coordinate t, 0 at the tip and 1 at the rim, gives the angle from the tip of that ellipsoid, which is
-    proportional to t (tip + (1 - tip) t). Thus cells at the rim are 2 - tip times as long as with tip = 1.
+    A point of the wall has two coordinates, s and t. The depth s, 0 on the inner and 1 on the outer ellipsoid, selects
+    an ellipsoid between the two. The coordinate t, 0 at the tip and 1 at the rim, selects a point of that ellipsoid:
+    its angle from the tip is proportional to t (p + (1 - p) t), with p the field `tip`. Thus cells at the rim are 2 - p
+    times as long as with p = 1.
     """
 
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
@@ -45,7 +46,7 @@ class EllipsoidalWall:
 
     @property
     def fault(self) -> str:
-        """Return an error if the wall is empty."""
+        """Return an error if the wall has no thickness or the rim does not cut both ellipsoids; "" if valid."""
         if not (self.inner < self.outer and self.inner_along < self.outer_along):
             return "its inner ellipsoid must be smaller than the outer one, both across and along the axis"
         if not -self.inner_along < self.rim < self.inner_along:
@@ -158,8 +159,8 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         for o, e in zip(self.origin, self.axis, strict=True):
             across = math.sqrt(max(0.0, 1.0 - e * e))
             reach = math.hypot(self.outer * across, self.outer_along * e)
-            top = self.rim * e + edge * across, self.rim * e - edge * across  # of the rim
-            peak = self.outer_along**2 * e / reach  # where along the axis the ellipsoid reaches farthest
+            top = self.rim * e + edge * across, self.rim * e - edge * across  # extremes of the rim
+            peak = self.outer_along**2 * e / reach  # axial position of the ellipsoid's extreme
             high.append(o + (reach if peak <= self.rim else top[0]))
             low.append(o - (reach if -peak <= self.rim else -top[1]))
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
@@ -182,9 +183,9 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         return self._between(r, z, NEAR * self.diagonal)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return the numbers of cells of a mesh with cells of `size` (m).
+        """Return the numbers of cells of a mesh with cells of `size` (m) along its three directions.
 
-        They are along the side of the square over the tip, across the rings around it, and through the wall.
+        These are along the side of the square over the tip, across the rings around it, and through the wall.
         """
         from softmark.solvers.mesh.cell_counts import count_disc_cells, count_divisions
 
@@ -199,14 +200,15 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
 
         wall, way = self._sizes
         flat = mesh_extrusion(mesh_disc(way, size), wall, wall / self.layers if self.layers else size, kind)
-        flat = curve_sides(flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # makes the rim flat
+        flat = curve_sides(flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # the rim becomes flat
         u, v, s = flat.points.T
         far = np.hypot(u, v)
         on = np.where(far > 0.0, far, 1.0)
         t = np.where(np.abs(far / way - 1.0) < NEAR, 1.0, far / way)
         r, z = self._at(s / wall, t)
         z = np.where(t == 1.0, self.rim, z)
-        points = np.stack([r * u / on, -r * v / on, z], axis=1)  # mirrored: outward through the wall is downward
+        # mirrored, because the wall's outward direction is downward in the flat mesh
+        points = np.stack([r * u / on, -r * v / on, z], axis=1)
         return place_mesh(Mesh(np.ascontiguousarray(points), flat.cells, flat.kind), self.axis, self.origin)
 
     @property

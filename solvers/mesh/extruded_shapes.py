@@ -55,9 +55,9 @@ class Extruded(Shape):
 
     @property
     def swept(self) -> Swept | None:
-        """Tapered rectangular body along the middle line of a trapezoid with perpendicular ends, for beam models.
+        """Tapered rectangular body along the middle line of the section, for beam models; None if there is none.
 
-        None for all other sections.
+        It exists only if the section is an isosceles trapezoid whose parallel ends are perpendicular to x, y or z.
         """
         from softmark.solvers.mesh.cross_sections import Rectangle
         from softmark.solvers.mesh.frame_shapes import tapered_member
@@ -135,9 +135,9 @@ class Extruded(Shape):
         return tuple(replace(c, axis=n, at=c.at - self.base if n == "along" else c.at) for n, c in moved)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return the numbers of cells of a mesh with cells of `size` (m).
+        """Return the numbers of cells of a mesh with cells of `size` (m) along its three directions.
 
-        They are along both coordinates of the section's bounding box, and along the body.
+        These are both coordinates of the section's bounding box, and the coordinate along the body.
         """
         (left, low), (right, high) = polygons.coordinate_range(self.corners)
         layers = count_cells(

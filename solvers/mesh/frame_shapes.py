@@ -27,10 +27,10 @@ ALONG = 1e-6  # length of the unit vector's normal part below which it defines n
 
 @dataclass(frozen=True)
 class Member(Prism):
-    """A straight member of a frame between two points.
+    """A straight member of a frame between two points, with a section that may vary linearly.
 
-    The second axis of the section is the direction `up`, made normal to the member. `ends` are the sections at both
-    points, between which dimensions vary linearly. `section` encloses all sections of the member.
+    `ends` are the sections at both points; their dimensions vary linearly in between. The second axis of the section is
+    the direction `up`, made normal to the member. `section` encloses all sections of the member.
     """
 
     begin: Vector3
@@ -65,13 +65,13 @@ class Member(Prism):
         return self.ends[0] if not self.tapered else enclosing_section(*self.ends)
 
     def section_at(self, station: float) -> Section:
-        """Return the cross-section at a station, m from its first point."""
+        """Return the cross-section at a station: a distance from the member's first point along its axis, m."""
         t = min(max(station / self.length, 0.0), 1.0)
         return self.ends[0] if not self.tapered else interpolate_sections(*self.ends, t)
 
     @property
     def slope(self) -> float:
-        """Rate of change of half of the widest extent along the axis."""
+        """Change of half of a section extent per length of the axis, the larger of both; dimensionless."""
         apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
         return float(0.5 * max(apart) / self.length)
 
@@ -110,12 +110,16 @@ class Member(Prism):
 
 @lru_cache(maxsize=64)
 def tapered_member(root: Vector3, axis: Vector3, length: float, first: Section, last: Section) -> Member:
-    """Return a straight member between two sections, whose axes are those of `transverse(axis)`."""
+    """Return a straight member of a `length` (m) with sections that vary linearly from `first` to `last`.
+
+    The member starts at `root`, m, and runs along the unit vector `axis`. The axes of its sections are those that
+    `transverse(axis)` returns.
+    """
     return Member(root, add_multiples(root, (length, axis)), (first, last), transverse(axis)[1])
 
 
 def interpolate_sections(one: Section, other: Section, t: float) -> Section:
-    """Return the section at the fraction t of the way between two sections of one kind.
+    """Return the section between two sections of one kind: `one` for t = 0, `other` for t = 1, linear in between.
 
     Raises TypeError for sections of different kinds.
     """
@@ -150,10 +154,10 @@ def enclosing_section(one: Section, other: Section) -> Section:
 
 @dataclass(frozen=True)
 class Network(Shape):
-    """A frame: members given by pairs of points, counted from 1, with sections in m.
+    """A frame: members between pairs of points, counted from 1, with sections.
 
-    Dimensions of sections are given once for all members, or for each member. Dimensions that begin with `end_` apply
-    at the second point of members; without `end_height`, for example, the height is constant.
+    Dimensions of sections, in m, are given once for all members, or for each member. Dimensions that begin with `end_`
+    apply at the second point of members; without `end_height`, for example, the height is constant.
     """
 
     points: tuple[Vector3, ...]
@@ -178,7 +182,7 @@ class Network(Shape):
 
     def _section_fault(self) -> str:
         if (self.radius is None) == (self.side is None):
-            return "it needs a `radius` (round sections) or a `side` (rectangular sections)"
+            return "it needs either a `radius` (round sections) or a `side` (rectangular sections)"
         if self.inner is not None and self.radius is None:
             return "`inner` belongs to round sections; rectangular ones have a `side` and a `height`"
         if self.height is not None and self.side is None:
@@ -263,7 +267,7 @@ class Network(Shape):
         return _value_of_member(first, i), _value_of_member(first if last is None else last, i)
 
     def run(self, number: int) -> tuple[list[int], list[int]]:
-        """Return the straight sequence of equal members that contains a member, and the two end points of the sequence.
+        """Return the straight sequence of members of equal section around member `number`, and its two end points.
 
         Members are counted from 0, points from 1.
         """
@@ -285,9 +289,10 @@ class Network(Shape):
         return self.members[number].ends[self.pairs[number].index(point)]
 
     def _straight_continuation(self, number: int, point: int) -> int | None:
-        """Return the member that continues a member straight beyond a point, or None.
+        """Return the member that continues member `number` straight beyond `point`; None if there is none.
 
-        It must be the only other member at the point and have the same section.
+        It must be the only other member at the point and have the same section there. Members are counted from 0,
+        points from 1.
         """
         here = self.at(point)
         other = next((i for i in here if i != number), None)
@@ -301,7 +306,10 @@ class Network(Shape):
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
 
     def crossing(self) -> tuple[int, int] | None:
-        """Return the first two members (counted from 1) whose axes overlap or meet without a common point, or None."""
+        """Return the first two members (counted from 1) whose axes cross or overlap; None if there are none.
+
+        Members that meet only at a point of the frame that belongs to both do not count.
+        """
         near = CROSSED * self.diagonal
         spans = [sorted((m.begin[0], m.end[0])) for m in self.members]
         order = sorted(range(len(spans)), key=lambda i: spans[i][0])
@@ -351,7 +359,10 @@ class Network(Shape):
         return any(member.hollow_at(point) for member in self.members)
 
     def nearest(self, X: Floats) -> Floats:
-        """Return for each point X (n, 3), m, the member (from 0) that contains it or is nearest to it, shape (n,)."""
+        """Return for each point X (n, 3), m, the member that contains it or is nearest to it, shape (n,).
+
+        Members are counted from 0.
+        """
         found = np.array([_distance_outside(member, X) for member in self.members])
         best: Floats = np.argmin(found, axis=0)
         return best
@@ -386,9 +397,10 @@ def _bounding_box(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
 
 
 def _distance_outside(member: Member, X: Floats) -> Floats:
-    """Return how far points X (n, 3) lie outside a member, shape (n,), m.
+    """Return how far points X (n, 3), m, lie outside a member, shape (n,), m; about 0 inside.
 
-    A small multiple of the distance from the axis is added, to decide between members that contain a point.
+    A millionth of the distance from the axis is added. If several members contain a point, the one whose axis is
+    nearest then has the smallest result.
     """
     s, u, v = member.coordinates(X)
     along = np.maximum(np.maximum(-s, s - member.length), 0.0)

@@ -24,10 +24,10 @@ DEPTH = 8  # largest number of splits: a cell undecided then is within 1e-4 of z
 
 @lru_cache(maxsize=2)
 def _bernstein_lattice(kind: str) -> tuple[Floats, Floats, Floats]:
-    """Return the lattice of the Jacobian determinant of an element, and matrices that act on its values.
+    """Return the points at which the Jacobian determinant is evaluated, and two matrices for its values.
 
-    These are the local points (k, 3), the matrix (k, k) from values to Bernstein coefficients, and the matrices (8, k,
-    k) from values to those in each of eight parts.
+    These are the k local points (k, 3), the matrix (k, k) from values to Bernstein coefficients, and the matrices (8,
+    k, k) from values on the cell to values on each of its eight parts.
     """
     element = element_of(kind)
     n, at = element.warp, element.lattice(element.warp)
@@ -37,10 +37,10 @@ def _bernstein_lattice(kind: str) -> tuple[Floats, Floats, Floats]:
 
 
 def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
-    """Return the cells in which det dX/dxi is at most `least` (m,), m^3, at some point.
+    """Return the numbers of the cells in which det dX/dxi is at most `least` (m,), m^3, at some point.
 
-    Return also the local point of each cell with the lowest value found. Four-node tetrahedra are never among these
-    cells, because their determinant is uniform.
+    Return also the local point (k, 3) of each of these cells with the lowest value found. Four-node tetrahedra are
+    never among them, because their determinant is uniform.
     """
     if mesh.element.constant:
         return np.zeros(0, dtype=np.int64), np.zeros((0, 3))
@@ -63,7 +63,7 @@ def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
 
 
 def has_folded_corner(mesh: Mesh) -> NDArray[np.bool_]:
-    """Return a mask (m,) of the hexahedra that are inverted at a corner, but at no Gauss point.
+    """Return a mask (m,) of the hexahedra that are inverted at a corner, but positive at all points of a Gauss rule.
 
     The Gauss rule has POINTS points along each axis. Integrals over such cells remain exact for polynomials, so that
     they pass the patch test.
@@ -75,6 +75,6 @@ def has_folded_corner(mesh: Mesh) -> NDArray[np.bool_]:
     ends = np.array([-1.0, 1.0])
     inner = np.polynomial.legendre.leggauss(POINTS)[0]
     corners, points = (np.stack(np.meshgrid(s, s, s), axis=-1).reshape(-1, 3) for s in (ends, inner))
-    least = 1e-3 * np.abs(mesh.volumes) / mesh.element.volume  # of the mean of det dX/dxi: what is less is flat
+    least = 1e-3 * np.abs(mesh.volumes) / mesh.element.volume  # smaller determinants count as flat
     turned = np.asarray((jacobians(mesh, corners) <= 0.0).any(axis=1), dtype=np.bool_)
     return np.asarray(turned & (jacobians(mesh, points) > least[:, None]).all(axis=1), dtype=np.bool_)

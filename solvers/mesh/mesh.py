@@ -23,11 +23,11 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh: `points` (n, 3), m, and positively oriented `cells` (m, a) of one kind of element.
+    """A mesh: `points` (n, 3), m, and positively oriented `cells` (m, a) of one element `kind`.
 
     Arrays are immutable. Nodes of a cell are ordered as in VTK and meshio. If cells do not match across their faces,
     the boundary cannot be derived from them, and `skin` (f, k) gives the boundary facets. `groups` are the named groups
-    of a mesh file, read on request (mesh_groups.py).
+    of a mesh file, if they were requested (mesh_groups.py).
     """
 
     points: Floats  # (n, 3)
@@ -79,7 +79,7 @@ class Mesh:
 
     @cached_property
     def faces(self) -> Ints:
-        """Boundary triangles (t, 3) over existing points, counter-clockwise from outside, for display and distances."""
+        """Boundary triangles (t, 3) over the nodes, counter-clockwise seen from outside, for display and distances."""
         faces: Ints = self.facets[:, np.array(self.element.facet.triangles)].reshape(-1, 3)
         if any(len({*facet}) < len(facet) for facet in self.element.facets):  # triangles among facets of four sides
             faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
@@ -87,7 +87,7 @@ class Mesh:
 
     @cached_property
     def selections(self) -> dict[Any, Any]:
-        """Cache of selected parts of the boundary, by the selecting condition."""
+        """Cache of data computed for the mesh: selected parts of the boundary by condition, and locations of points."""
         return {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -101,7 +101,10 @@ class Mesh:
 
 
 def _row_keys(rows: Ints) -> Ints:
-    """Return an integer for each row of integers >= 0 (n, k), equal for equal rows; these sort faster than rows."""
+    """Return an integer key for each row of integers >= 0 (n, k), shape (n,).
+
+    Keys are equal for equal rows, and they sort faster than rows.
+    """
     keys = rows[:, 0]
     for column in rows.T[1:]:
         base = int(column.max(initial=0)) + 1

@@ -26,7 +26,7 @@ class QualityTooLow(Exception):
 
 
 def cell_qualities(mesh: Mesh) -> Floats:
-    """Return the mean ratio of every cell (m,): 1 at best, 0 or below if a cell is flat or inverted."""
+    """Return the mean-ratio quality of every cell (m,): 1 at best, 0 or below if a cell is flat or inverted."""
     element = mesh.element
     found = element.ratio(mesh.points[mesh.cells[:, : element.corners]])
     if not element.warps:
@@ -43,12 +43,12 @@ def worst_cell(mesh: Mesh) -> tuple[float, int]:
 
 
 def distort(mesh: Mesh, quality: float) -> Mesh:
-    """Return the mesh with randomly moved nodes, such that its worst cell has a `quality` in (0, 1).
+    """Return the mesh with randomly moved nodes, such that its worst cell has the given `quality`, between 0 and 1.
 
-    Inner nodes move freely, nodes on plane parts of the boundary in that plane, and nodes on straight edges along the
-    edge. Other nodes stay, so that the body and its volume do not change. Mid-edge nodes move by the mean of the edge's
-    ends. All moves are proportional to one amplitude, found by bisection; no cell is inverted at smaller amplitudes.
-    The random numbers are reproducible. Raises QualityTooLow.
+    Inner nodes move in any direction, nodes on plane parts of the boundary in that plane, and nodes on straight edges
+    along the edge. Other nodes stay, so that the body and its volume do not change. Mid-edge nodes move by the mean of
+    the edge's ends. All moves are proportional to one amplitude, found by bisection; no cell is inverted at smaller
+    amplitudes. The random numbers are reproducible. Raises QualityTooLow.
     """
     before = worst_cell(mesh)[0]
     if before < quality:
@@ -67,7 +67,7 @@ def distort(mesh: Mesh, quality: float) -> Mesh:
 
 
 def move_nodes(mesh: Mesh, ways: Floats, amplitude: float) -> Mesh:
-    """Return the mesh with nodes moved by `amplitude` times their directions `ways` (n, 3), m."""
+    """Return the mesh with each node moved by `amplitude` (a factor) times its vector in `ways` (n, 3), m."""
     return Mesh(mesh.points + amplitude * ways, mesh.cells, mesh.kind, mesh.skin, mesh.groups)
 
 
@@ -95,7 +95,7 @@ def _shortest_edges(mesh: Mesh) -> Floats:
 
 
 def _corner_facet_normals(mesh: Mesh) -> dict[int, list[Floats]]:
-    """Return the distinct normals of the facets around each boundary corner; a curved facet has several."""
+    """Return for each boundary corner the distinct unit normals of the triangles around it, by node number."""
     found: dict[int, list[Floats]] = {}
     triangles = mesh.facets[:, np.array(mesh.element.facet.halves)].reshape(-1, 3)
     a, b, c = (mesh.points[triangles[:, k]] for k in range(3))
@@ -110,7 +110,10 @@ def _corner_facet_normals(mesh: Mesh) -> dict[int, list[Floats]]:
 
 
 def _tangential_component(way: Floats, normals: list[Floats]) -> Floats:
-    """Return the component of a vector in the plane of one normal, or along the edge of two; zero for more."""
+    """Return the component of a vector (3,) tangential to the boundary at a node with the given facet normals.
+
+    For one normal it lies in the facet's plane, for two along the edge, and for more it is zero.
+    """
     if len(normals) == 1:
         return way - (way @ normals[0]) * normals[0]
     if len(normals) > 2:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Group:
-    """Members of a named group of a mesh.
+    """A named group of a mesh: cells, faces or nodes.
 
-    Members are cells (k,), faces (k, 2) as cell and side number, or nodes (k, 2) as cell and node number in the cell.
-    `inside` counts faces between two cells. `foreign` counts facets (or points) of the file that belong to no cell;
+    `members` are cells (k,), faces (k, 2) as cell and side number, or nodes (k, 2) as cell and node number in the cell.
+    `inside` counts the faces between two cells. `foreign` counts facets (or points) of the file that belong to no cell;
     they are not among the members. A group of nodes can be used for supports; it has no faces and no cells.
     """
 

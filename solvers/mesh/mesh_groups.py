@@ -26,7 +26,7 @@ ON = 1e-9  # in local coordinates: tolerance of points on a side
 
 
 def cells_in(mesh: Mesh, name: str) -> Bools:
-    """Return a mask (m,) of the cells in a group; no cell is in a group of faces."""
+    """Return a mask (m,) of the cells in the group `name`; all False for a group of faces or nodes."""
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.cells), dtype=np.bool_)
     if group.kind == "cells":
         found[group.members] = True
@@ -34,7 +34,10 @@ def cells_in(mesh: Mesh, name: str) -> Bools:
 
 
 def facets_in(mesh: Mesh, name: str) -> Bools:
-    """Return a mask (f,) of the boundary facets in a group of faces or cells; none is in a group of nodes."""
+    """Return a mask (f,) of the boundary facets in the group `name`; all False for a group of nodes.
+
+    For a group of cells these are the facets of its cells.
+    """
     group = (mesh.groups or {})[name]
     if group.kind == "cells":
         return cells_in(mesh, name)[mesh.facet_cells]
@@ -46,7 +49,7 @@ def facets_in(mesh: Mesh, name: str) -> Bools:
 
 
 def nodes_in(mesh: Mesh, name: str) -> Bools:
-    """Return a mask (n,) of the nodes that belong to a group."""
+    """Return a mask (n,) of the nodes in the group `name`, including all nodes of its cells or faces."""
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.points), dtype=np.bool_)
     if group.kind == "cells":
         found[mesh.cells[group.members]] = True
@@ -59,7 +62,10 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
 
 
 def _nodes_of_group(mesh: Mesh, group: Group) -> Ints:
-    """Return the nodes (k,) of a group of nodes; nodes that the cells no longer have are left out."""
+    """Return the nodes (k,) of a group of nodes.
+
+    Members with a node number that the cells of this mesh do not have, such as midside nodes, are left out.
+    """
     cell, local = group.members.T
     known = local < mesh.cells.shape[1]
     found: Ints = mesh.cells[cell[known], local[known]]
@@ -67,7 +73,7 @@ def _nodes_of_group(mesh: Mesh, group: Group) -> Ints:
 
 
 def node_members(cells: Ints, nodes: Ints) -> Ints:
-    """Return for each node (k,) a cell that contains it and the node's number in that cell, shape (k, 2).
+    """Return nodes as members of a group: a cell that contains the node and its number there, shape (k, 2).
 
     `cells` (m, a) are the nodes of cells. Nodes of no cell are left out.
     """
@@ -78,7 +84,7 @@ def node_members(cells: Ints, nodes: Ints) -> Ints:
 
 
 def has_cells(mesh: Mesh, name: str, nodes: Ints) -> Bools:
-    """Return whether cells, given by their nodes in order (n, a), are in a group; a mask (n,)."""
+    """Return a mask (n,) of the cells, given by their nodes in order (n, a), that belong to the group `name`."""
     return is_known_row(mesh.cells[cells_in(mesh, name)], nodes)
 
 
@@ -118,7 +124,7 @@ def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, 
 def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
     """Return faces (k, 2) with side numbers updated after nodes of some cells were reordered.
 
-    `which` (m,) marks the cells whose nodes now have the order `element.turned`.
+    `which` (m,) marks the cells whose nodes now have the order `element.mirrored_nodes`.
     """
     now = np.argsort(np.array(element.mirrored_nodes))  # new position of each node
     corners = element.facet.corners
@@ -129,16 +135,16 @@ def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
 
 
 def reorder_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
-    """Return nodes (k, 2) with node numbers updated after nodes of some cells were reordered.
+    """Return nodes (k, 2), each as cell and node number, updated after nodes of some cells were reordered.
 
-    `which` (m,) marks the cells whose nodes now have the order `element.turned`.
+    `which` (m,) marks the cells whose nodes now have the order `element.mirrored_nodes`.
     """
     now = np.argsort(np.array(element.mirrored_nodes))
     cell, local = nodes.T
     return np.stack([cell, np.where(which[cell], now[local], local)], axis=1)
 
 
-# ------------------------------------------------------------------ with a mesh that changes
+# ------------------------------------------------------------------ groups of split and refined meshes
 
 
 def split_groups(mesh: Mesh, new: Mesh) -> Mesh:

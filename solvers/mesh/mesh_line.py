@@ -25,9 +25,10 @@ def integrate_along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Flo
 
 
 def find_face_crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
-    """Return the crossings of a line with the planes of nearby cell faces, as fractions of its length (k,).
+    """Return where a line crosses the planes of nearby cell faces, as sorted fractions of its length (k,).
 
-    The ends 0 and 1 are included. A quadrilateral has the planes of its two triangles. Surplus crossings do no harm.
+    The ends 0 and 1 are included. A quadrilateral face counts as two triangles, each with its plane. A plane may be
+    crossed outside its face; such surplus crossings do no harm.
     """
     corners = _face_triangles(mesh)  # (t, 3, 3)
     a, way = corners[:, 0], end - begin

@@ -1,4 +1,4 @@
-"""Finer spaces on a mesh: one order higher (tet4 -> tet10), or each cell split in eight (tet10, hex8).
+"""Finer finite element spaces on a mesh: one order higher (tet4 -> tet10), or each cell split in eight (tet10, hex8).
 
 The fine space contains all coarse displacements; the matrix `P` maps coarse to fine ones. New nodes are placed by the
 cells' shape functions, also on the curved facets of ten-node cells. Where facets are inscribed in a curved side of the
@@ -33,7 +33,7 @@ class UnmatchedFaces(Exception):
 
 @dataclass(frozen=True)
 class FinerSpace:
-    """A finer mesh with n nodes, and the matrix `P` (n, coarse nodes) that interpolates coarse nodal values at them."""
+    """A finer mesh with n nodes, and the matrix `P` (n, c) that interpolates values at the c coarse nodes."""
 
     mesh: Mesh
     P: sparse.csr_matrix
@@ -45,9 +45,10 @@ class FinerSpace:
 
 
 def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
-    """Return the finer space of a mesh. Raises UnmatchedFaces.
+    """Return the finer mesh of a mesh and its interpolation matrix. Raises UnmatchedFaces.
 
-    Four-node tetrahedra become ten-node tetrahedra; other cells are split into eight.
+    Four-node tetrahedra become ten-node tetrahedra; other cells are split into eight. If a `shape` is given, new nodes
+    of inscribed facets are moved onto its curved sides.
     """
     if mesh.skin is not None:
         raise UnmatchedFaces
@@ -79,7 +80,10 @@ def estimate_memory(mesh: Mesh) -> float:
 
 
 def _refine_named_groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
-    """Return the named groups of the refined mesh; `corners` (c, a, 3) are the local nodes of a cell's children."""
+    """Return the named groups of the refined mesh; None without groups.
+
+    `corners` (c, a, 3) are the local points of the a nodes of each of the c cells that replace a cell.
+    """
     if not mesh.groups:
         return None
     from softmark.solvers.mesh.mesh_groups import refine_groups
@@ -88,7 +92,7 @@ def _refine_named_groups(mesh: Mesh, element: type[Element], corners: Floats) ->
 
 
 def _integer_factor(N: Floats) -> int:
-    """Return the factor by which all shape function values N become integers."""
+    """Return the factor by which shape function values N (l, a) must be multiplied to become integers."""
     whole = WHOLE
     while np.abs(whole * N - np.round(whole * N)).max() > 1e-9:
         whole *= 2
@@ -96,9 +100,11 @@ def _integer_factor(N: Floats) -> int:
 
 
 def _new_node_keys(N: Floats, whole: int, labels: Any) -> Any:
-    """Return an integer key for each new node position in each cell, shape (m l,).
+    """Return an integer key for each of the l new nodes in each of m cells, shape (m l,).
 
-    Keys are equal for equal combinations of nodes, so that cells find their common new nodes.
+    `N` (l, a) are the shape functions at the new nodes, `whole` the factor that makes them integers, and `labels` (m,
+    a) random integers of the cells' nodes. Keys are equal for equal combinations of nodes, so that cells find their
+    common new nodes.
     """
     parts = np.round(whole * N).astype(np.int64).astype(np.uint64)  # (l, a), modulo 2^64
     with np.errstate(over="ignore"):
@@ -106,7 +112,11 @@ def _new_node_keys(N: Floats, whole: int, labels: Any) -> Any:
 
 
 def _interpolation_matrix(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix:
-    """Return the matrix (n, coarse nodes) of the coarse shape functions at all new nodes."""
+    """Return the matrix (n, coarse nodes) of the coarse shape functions at all n new nodes.
+
+    `places` (l, 3) are the local positions of the new nodes in a cell. `first` (n,) gives for each new node its cell
+    times l plus its number in that cell.
+    """
     cell, place = np.divmod(first, len(places))
     N = mesh.element.shape(places)[place]  # (n, a)
     columns = mesh.cells[cell]
@@ -117,7 +127,7 @@ def _interpolation_matrix(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr
 
 
 def _refinement_pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
-    """Return the local positions (l, 3) of new nodes in a cell, and the nodes (c, a) of the cell's children."""
+    """Return the local positions (l, 3) of new nodes in a cell, and the nodes (c, a) of the c cells that replace it."""
     if own is not new:
         return new.places(), np.arange(new.nodes)[None]
     corners = element_of(own.linear).shape(own.places())

@@ -21,9 +21,10 @@ REACH = 0.5  # distance over which sizes grow back, relative to the extent
 
 
 def build_size_field(surface: ClosedSurface, size: float, graded: Sequence[Cut]) -> dict[str, Any]:
-    """Return a background grid, points (n, 3), m, and tetrahedra, and the cell size at its points (n,), m.
+    """Return a background mesh around a surface, and the target cell size at its points.
 
-    Raises UnreadableMesh.
+    The result has the mesher's names for points (n, 3), m, tetrahedra, and cell sizes (n,), m. Cells have the `size`
+    (m) except near the conditions of `graded` cuts. Raises UnreadableMesh.
     """
     X, cells = _background_grid(surface)
     share = np.ones(len(X))
@@ -46,7 +47,7 @@ def _background_grid(surface: ClosedSurface) -> tuple[Floats, Any]:
 def _distance_to_condition(cut: Cut, surface: ClosedSurface, X: Floats) -> Floats:
     """Return the distance (n,), m, between points X (n, 3) and the region where the condition of a cut holds.
 
-    The region is known at the grid points X and the points of the surface.
+    The region is represented by those grid points X and surface points at which the condition holds.
     """
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,7 @@
-"""Nearest-point search: by all distances for few points, else by scipy's k-d tree, whose import takes 0.1 s."""
+"""Nearest-point search: by all distances for few points, else by scipy's k-d tree, whose import takes 0.1 s.
+
+The points that are found are called points, and the positions from which they are searched are called places.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +16,17 @@ CHUNK = 32  # places processed at once
 
 
 class PointSearch(Protocol):
-    """A search structure for the points near given places."""
+    """Interface of a search structure for the points near given places."""
 
     def distance(self, X: Floats) -> Floats:
         """Return the distance between each place X (n, 3) and the nearest point, shape (n,)."""
 
     def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
-        """Return pairs of a place and a point within its `radius` (n,), as two arrays (p,) sorted by place."""
+        """Return pairs of a place X (n, 3) and a point within its `radius` (n,), as two arrays (p,) sorted by place."""
 
 
 def build_point_search(points: Floats, places: int) -> PointSearch:
-    """Return a search structure for `points` (m, 3), suited to this number of `places`."""
+    """Return a search structure for `points` (m, 3) that is fastest for `places` positions, an integer."""
     return AllDistances(points) if len(points) * places < FEW else PointTree(points)
 
 

@@ -11,10 +11,10 @@ SAME = 1e-9  # relative to the slice: tolerance of its faces and of the axis
 
 
 def is_on_border(points: Floats, facets: Ints, revolved: bool = False) -> NDArray[np.bool_]:
-    """Return a mask (f,) of the facets (f, a) of a slice that lie on the border of the plane region.
+    """Return a mask (f,) of the facets (f, a) of a slice on the border of the plane region, not on its two faces.
 
-    `points` (n, 3), m, are the nodes. If the body is `revolved` around x = 0, facets on the axis are excluded, because
-    the body continues there.
+    `points` (n, 3), m, are the nodes. If the body is `revolved` around the y axis, facets at x = 0 are excluded,
+    because the body continues there.
     """
     X = points[facets]
     found: NDArray[np.bool_] = np.ptp(X[..., 2], axis=1) > SAME * np.ptp(points[:, 2])

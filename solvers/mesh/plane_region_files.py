@@ -19,7 +19,7 @@ NEAR = 1e-9  # tolerance of the bounds, relative to the size
 
 
 class FileDeclaration(Protocol):
-    """A mesh file as declared in a scene: path, unit of length in m, and treatment of coincident points."""
+    """A mesh file as declared in a scene: path, length of its unit in m, and treatment of coincident points."""
 
     path: str
     unit: float

@@ -38,7 +38,10 @@ class PlaneRegion(Shape):
     across = "t"  # name of the second coordinate; lines along the first, `s`, are straight
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return x and y (m) of points s, t of the unit square, numbers or arrays; the map keeps the orientation."""
+        """Return x and y (m) of points with coordinates s, t of the unit square, numbers or arrays.
+
+        The map keeps the orientation.
+        """
         raise NotImplementedError(f"{type(self).__name__} maps nothing")
 
     @property
@@ -87,7 +90,7 @@ class PlaneRegion(Shape):
         return ("s", self.across)
 
     def place(self, **at: float) -> Vector3:
-        """Return the point, m, with two given coordinates, computed without arrays."""
+        """Return the point, m, at given values of the two coordinates, passed by name; computed without arrays."""
         x, y = self(at["s"], at[self.across])
         return float(x), float(y), 0.0
 
@@ -124,9 +127,10 @@ class PlaneRegion(Shape):
 
 
 def _straighten_diagonals(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
-    """Move midpoints of grid diagonals to the middle between their ends; `points` are changed in place, m.
+    """Move nodes on grid diagonals to the middle between the ends of the diagonal; `points` are changed in place, m.
 
-    The map keeps grid lines straight where sides of the region are straight, but not diagonals.
+    `square` is the mesh of the unit square, `ends` the local numbers of the diagonal's end nodes, and `middle` that of
+    its midside node. The map keeps grid lines straight where sides of the region are straight, but not diagonals.
     """
     both = square.cells[:, list(ends)]
     way = np.ptp(square.points[both, :2], axis=1)
@@ -147,7 +151,7 @@ class Slice(PlaneRegion):
 
     @property
     def fault(self) -> str:
-        """Return the region's error."""
+        """Return the error of the region; "" if it is valid."""
         return self.region.fault
 
     @property
@@ -161,7 +165,7 @@ class Slice(PlaneRegion):
         return self.region.across
 
     def place(self, **at: float) -> Vector3:
-        """Return the region's point with two given coordinates, m."""
+        """Return the region's point, m, at given values of its two coordinates, passed by their names."""
         return self.region.place(**at)
 
     def _divided(self, size: float) -> tuple[int, int]:
@@ -175,12 +179,12 @@ class Slice(PlaneRegion):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Sizes of the region, m."""
+        """Largest lengths of the region along its two coordinates, m."""
         return self.region.sizes
 
     @property
     def ends(self) -> tuple[Place, Place]:
-        """Bounds of the region, m."""
+        """Lowest and highest x and y of the region, m."""
         return self.region.ends
 
     @property
@@ -189,7 +193,7 @@ class Slice(PlaneRegion):
         return self.region.sides
 
     def within(self, x: float, y: float, slack: float) -> bool:
-        """Return whether the region contains a point."""
+        """Return whether the region contains a point of the plane, within `slack` (m)."""
         return self.region.within(x, y, slack)
 
 
@@ -220,7 +224,7 @@ class Quadrilateral(PlaneRegion):
 
     @property
     def fault(self) -> str:
-        """Return an error if corners lie off the plane or turn right."""
+        """Return an error if corners lie off the plane or the border turns right at one; "" if valid."""
         if any(c[2] for c in (self.first, self.second, self.third, self.fourth)):
             return "its corners must lie in the plane z = 0"
         if min(self._turns) <= NEAR * max(map(abs, self._turns)):
@@ -290,7 +294,7 @@ class QuarterRing(PlaneRegion):
 
     @property
     def fault(self) -> str:
-        """Return an error if the wall is empty."""
+        """Return an error if the wall has no thickness; "" if valid."""
         (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return "" if a < c and b < d else "its hole must be smaller than the outer border, along both x and y"
 
@@ -301,7 +305,7 @@ class QuarterRing(PlaneRegion):
         return (a + s * (c - a)) * np.cos(turn) * (t < 1), (b + s * (d - b)) * np.sin(turn)  # 0 on the y axis, exactly
 
     def place(self, **at: float) -> Vector3:
-        """Return the point, m, with two given coordinates, computed without arrays."""
+        """Return the point, m, at given values of the two coordinates, passed by name; computed without arrays."""
         turn, s = 0.5 * math.pi * at["turn"], at["s"]
         (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return (a + s * (c - a)) * math.cos(turn), (b + s * (d - b)) * math.sin(turn), 0.0

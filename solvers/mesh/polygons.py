@@ -1,4 +1,7 @@
-"""Simple polygons as plain numbers: validity, area, and containment of points."""
+"""Simple polygons as plain numbers: validity, area, and containment of points.
+
+A polygon is a sequence of corners (x, y), m.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ Corners = tuple[Place, ...]
 
 SAME = 1e-9  # relative to the size: closer points coincide
 THIN = 1e-9  # relative to the size squared: smaller areas are zero, and smaller angles are no corners
-MOST = 500  # corners: each pair of sides is looked at
+MOST = 500  # largest number of corners: all pairs of sides are compared
 
 
 @lru_cache(maxsize=64)
@@ -40,19 +43,19 @@ def polygon_fault(corners: Corners) -> str:
 
 
 def extent(corners: Corners) -> float:
-    """Return the diagonal of the bounding box, m."""
+    """Return the diagonal of the polygon's bounding box, m."""
     low, high = coordinate_range(corners)
     return math.dist(low, high)
 
 
 def coordinate_range(corners: Corners) -> tuple[Place, Place]:
-    """Return the lowest and highest coordinates, m."""
+    """Return the lowest and the highest x and y of the corners, m, as two pairs."""
     x, y = zip(*corners, strict=True)
     return (min(x), min(y)), (max(x), max(y))
 
 
 def edges(corners: Sequence[Place]) -> Iterator[tuple[Place, Place]]:
-    """Yield the sides as pairs of corners; the last side ends at the first corner."""
+    """Yield the sides of the polygon as pairs of corners; the last side ends at the first corner."""
     return zip(corners, (*corners[1:], corners[0]), strict=True)
 
 
@@ -100,7 +103,7 @@ def distance_to_side(point: Place, side: tuple[Place, Place]) -> float:
 
 
 def turn_sines(corners: Corners) -> list[float]:
-    """Return the sine of the angle of the left turn at each corner."""
+    """Return the sine of the turning angle at each corner, positive for a left turn."""
     found = []
     for i, (x, y) in enumerate(corners):
         (a, b), (c, d) = corners[i - 1], corners[(i + 1) % len(corners)]
@@ -121,7 +124,7 @@ def is_axis_parallel(corners: Corners) -> bool:
 
 
 def _sides_touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: float) -> bool:
-    """Return whether two sides have a common point that is not a corner of both."""
+    """Return whether two sides touch or cross, within `slack` (m), other than at a corner of both."""
     shared = set(one) & set(other)
     if shared:
         (corner,) = shared if len(shared) == 1 else (one[0],)
@@ -133,16 +136,20 @@ def _sides_touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: fl
 
 
 def _product_of_line_sides(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
-    """Return a negative number if the ends of the segment `other` are on opposite sides of a line."""
+    """Return -1 if the ends of the segment `other` are on opposite sides of a line, else 1.
+
+    The line goes through the two points of `line`.
+    """
     (a, b), (c, d) = line
     p, q = ((c - a) * (y - b) - (d - b) * (x - a) for x, y in other)
     return math.copysign(1.0, p) * math.copysign(1.0, q)
 
 
 class Trapezoid(NamedTuple):
-    """An isosceles trapezoid: two parallel sides of lengths `ends`, m, at the distance `length`.
+    """An isosceles trapezoid: two parallel sides of lengths `ends`, m, at the distance `length`, m, from each other.
 
-    The parallel sides are normal to coordinate 0 or 1 and centred on one line.
+    The parallel sides are normal to the coordinate `along` (0 or 1), and the first lies at its value `begin`. Both are
+    centred at the value `middle` of the other coordinate.
     """
 
     along: int
@@ -154,9 +161,9 @@ class Trapezoid(NamedTuple):
 
 @lru_cache(maxsize=64)
 def find_trapezoid(corners: Corners) -> Trapezoid | None:
-    """Return the corners as an isosceles trapezoid, or None if they form none.
+    """Return the corners as an isosceles trapezoid with parallel sides normal to x or y, or None if they form none.
 
-    If there are two such directions, the longer one is taken.
+    If both directions are possible, the one with the larger distance between the parallel sides is taken.
     """
     if len(corners) != 4:
         return None

@@ -17,11 +17,11 @@ ALIKE = 1e-12  # relative to the largest eigenvalue of the Gram matrix: below it
 
 
 def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Floats, Floats]:
-    """Reduce the quadrature rule of each cell to few points.
+    """Reduce the quadrature rule of each cell to few points with positive weights that preserve given integrals.
 
-    `cell` (n,), sorted, is the cell of each point, `V` (n, r) are the functions whose integrals are preserved, and `w`
-    (n,) the weights. Return the numbers (k,) of the kept points, their weights (k,), and the largest relative error of
-    a moment in each cell (count,), which is due to rounding.
+    `cell` (n,), sorted, is the cell of each of n points, and `count` the number of cells. `V` (n, r) are the values of
+    the functions whose integrals are preserved, and `w` (n,) the weights. Return the numbers (k,) of the kept points,
+    their weights (k,), and the largest relative error of an integral in each cell (count,), which is due to rounding.
     """
     kept, starts = np.zeros(len(w)), np.searchsorted(cell, np.arange(count + 1))
     missed = np.zeros(count)
@@ -29,7 +29,7 @@ def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Fl
         a, b = int(starts[i]), int(starts[i + 1])
         own = np.ascontiguousarray(V[a:b])
         scale = np.abs(own).T @ w[a:b]
-        own = own / np.where(scale > NOTHING * scale.max(), scale, np.inf)  # what vanishes at all points is rounding
+        own = own / np.where(scale > NOTHING * scale.max(), scale, np.inf)  # zero functions are rounding
         order = _scattered_order(b - a)
         found = np.zeros(b - a)
         basis = _orthonormalise_functions(own, w[a:b])
@@ -53,7 +53,10 @@ def _orthonormalise_functions(V: Floats, w: Floats) -> Floats:
 
 
 def _correct_weights(V: Floats, moments: Floats, found: Floats) -> float:
-    """Correct rounding errors of the weights `found` (n,); return the largest remaining error of a moment."""
+    """Correct rounding errors of the weights `found` (n,) in place; return the largest remaining moment error.
+
+    `V` (n, r) are the values of the functions and `moments` (r,) their integrals.
+    """
     some = np.flatnonzero(found > 0.0)
     change = np.linalg.lstsq(V[some].T, moments - V[some].T @ found[some], rcond=1e-12)[0]
     if np.all(found[some] + change >= 0.0):

@@ -12,7 +12,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 @dataclass(frozen=True)
 class PressureSpace:
-    """Pressure unknowns of a mesh: numbers (m, b) in each cell, shape functions `N` (q, b), and total count."""
+    """Pressure unknowns of a mesh: `count` in all, `cells` (m, b) in each cell, and shape functions `N` (q, b)."""
 
     cells: Ints
     N: Floats
@@ -22,7 +22,8 @@ class PressureSpace:
 def build_pressure_space(mesh: Mesh, rule: Rule | None = None) -> PressureSpace:
     """Return the pressure unknowns of a mesh: continuous and linear between corners, or one in each cell.
 
-    Raises KeyError for elements without pressures: a linear tetrahedron has too few displacements for any.
+    The shape functions are evaluated at the points of `rule`, by default the element's own. Raises KeyError for
+    elements without pressures: a linear tetrahedron has too few displacements for any.
     """
     xi, _ = rule or mesh.element.quadrature()
     element = mesh.element

@@ -1,4 +1,7 @@
-"""Parts of cells in adaptive quadrature: integrals over parts, and totals of each cell's accepted parts."""
+"""Parts of cells in adaptive quadrature: integrals over parts, and sums of each cell's accepted parts.
+
+A part is a piece of a cell. It is accepted when its error is small enough, else it is halved.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,9 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-Bools = Any  # (n,) of numpy
+Bools = Any  # numpy array (n,)
 
-ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
+ALL_HIDDEN = 5.0  # relative to the tolerance: largest hidden integral of all parts of a cell together
 
 
 @dataclass
@@ -34,7 +37,8 @@ class Integrals:
 
     `magnitude` (g, n) is the integral of the absolute value and `volume` (n,) the volume, m^3. `differences` (g, r, n)
     are the differences of r other rules from the fine rule. `error` (g, n) is the largest difference, also for the
-    functions times each local coordinate. `hidden` (g, n) bounds the integral of features between the points.
+    functions times each local coordinate. `hidden` (g, n) bounds the integral that peaks between the quadrature points
+    contribute.
     """
 
     magnitude: Floats
@@ -48,7 +52,7 @@ class Integrals:
 
     @classmethod
     def joined(cls, several: list[Integrals]) -> Integrals:
-        """Join the integrals over several groups of parts."""
+        """Return the integrals over several groups of parts as one object."""
         arrays = zip(*(own._arrays() for own in several), strict=True)
         return cls(*(np.concatenate(each, axis=-1) for each in arrays))
 
@@ -59,9 +63,8 @@ class Integrals:
 class CellTotals:
     """Errors and hidden integrals of g functions in m cells, summed over accepted parts of cells.
 
-    Arrays have the shape (g, m). The hidden integral is a bound for features of a function, such as peaks, that lie
-    between quadrature points. `size` is the integral of each function's magnitude over the cell; the tolerance is
-    relative to it.
+    Arrays have the shape (g, m). The hidden integral bounds what peaks between the quadrature points contribute to the
+    integral. `size` is the integral of each function's magnitude over the cell; the tolerance is relative to it.
     """
 
     def __init__(self, cells: Integrals, floor: Floats, tolerance: float) -> None:
@@ -72,7 +75,10 @@ class CellTotals:
         self.taken, self.done = 0, list[Parts]()
 
     def enlarge_cells(self, parts: Parts, found: Integrals) -> None:
-        """Increase the magnitude of a cell if its parts show more of a function than before, such as a peak."""
+        """Increase the integral of a function's magnitude over a cell if parts of the cell add up to more.
+
+        This happens if finer parts reveal a peak.
+        """
         self.size = np.maximum(self.size, self._sum_parts(parts, found.magnitude))
 
     def find_rough(self, parts: Parts, found: Integrals) -> Bools:
@@ -100,11 +106,11 @@ class CellTotals:
         self.taken += len(parts)
 
     def hidden_with(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the hidden integral of each function in each cell (g, m), supposing that `parts` are accepted."""
+        """Return the hidden integral of each function in each cell (g, m) if `parts` were accepted now."""
         return self._sum_parts(parts, found.hidden) + self.hidden
 
     def errors_with(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the error of each function's integral over each cell (g, m), supposing that `parts` are accepted."""
+        """Return the error of each function's integral over each cell (g, m) if `parts` were accepted now."""
         squares = self.squares + self._sum_parts(parts, found.error**2)
         return _estimate_cell_errors(self.differences + self._sum_parts(parts, found.differences), squares)
 
@@ -114,7 +120,7 @@ class CellTotals:
         return _estimate_cell_errors(self.differences, self.squares)
 
     def cells_with_much_hidden(self) -> Ints:
-        """Return the cells whose hidden integral may exceed the tolerance."""
+        """Return the numbers of the cells whose hidden integral exceeds ALL_HIDDEN times the tolerance."""
         return np.flatnonzero((self.hidden > ALL_HIDDEN * self.tolerance * self.size).any(axis=0))
 
     def _cell_tolerances(self, parts: Parts) -> Floats:

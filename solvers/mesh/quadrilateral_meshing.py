@@ -17,8 +17,8 @@ from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.polygons import Corners, coordinate_range, edges, is_axis_parallel, turn_sines
 from softmark.solvers.mesh.structured_meshes import PlaneMesh, grid, grid_between_lines, lines_through
 
-LARGE = 1.0  # sizes: the circle of a triangle may be as large as an equilateral triangle's of twice the size, and a bit
-THIN = 1.3  # radius of a triangle's circle over its shortest edge: 22.6 degrees is the least angle then
+LARGE = 1.0  # largest circumradius of a triangle, relative to the cell size
+THIN = 1.3  # largest circumradius relative to the shortest edge: the least angle is then 22.6 degrees
 SHORTEST = 0.2  # relative to the size and the shortest side: sides are halved to no less
 ROUNDS, SMOOTHED = 60, 6
 
@@ -26,7 +26,8 @@ ROUNDS, SMOOTHED = 60, 6
 def mesh_polygon(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
     """Return quadrilaterals with edges of about `size` (m) in a simple polygon with counter-clockwise corners.
 
-    If all sides are parallel to the axes, grid lines lie on the cuts of the coordinates `first` and `second`.
+    If all sides are parallel to the axes, grid lines also lie on the cuts of the polygon's coordinates, which are
+    called `first` and `second`.
     """
     if is_axis_parallel(corners):
         return _rectilinear_grid(corners, size, cuts)
@@ -96,7 +97,7 @@ def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
 
 
 def _border_points(corners: Corners, size: float) -> tuple[Floats, Ints]:
-    """Return points along the sides of the polygon, and the pairs of points (s, 2) that are border edges."""
+    """Return points (n, 2), m, along the sides of the polygon, and the pairs of points (s, 2) that are edges."""
     found: list[Floats] = []
     for a, b in edges(corners):
         n = count_divisions(math.dist(a, b), size)
@@ -164,9 +165,10 @@ def _triangle_areas(points: Floats, cells: Ints) -> Floats:
 
 
 def _encroached_sides(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
-    """Return a mask (s,) of the sides that must be halved.
+    """Return a mask (s,) of the border edges that must be halved.
 
-    These sides are no triangle edge, or the opposite point of a triangle lies in their diametral circle.
+    A border edge must be halved if it is no edge of a triangle. It must also be halved if it is longer than 2 `least`
+    (m) and its diametral circle contains the opposite corner of its triangle.
     """
     n = len(points)
     own = np.sort(edges_of_triangles(cells), axis=1) @ [n, 1]
@@ -186,7 +188,11 @@ def _encroached_sides(points: Floats, sides: Ints, cells: Ints, least: float) ->
 def _refinement_points(
     points: Floats, sides: Ints, cells: Ints, size: float, least: float
 ) -> tuple[Floats, np.ndarray]:
-    """Return circumcentres of bad triangles, some distance apart, and a mask of the sides that they are too near to."""
+    """Return new points at circumcentres of bad triangles, and a mask (s,) of the border edges to be halved instead.
+
+    Bad triangles are too large or too thin. The new points have some distance from each other. A border edge is halved
+    if a circumcentre would lie in its diametral circle.
+    """
     X = points[cells]
     edge = np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2)
     radius = edge.prod(axis=1) / (4.0 * _triangle_areas(points, cells))

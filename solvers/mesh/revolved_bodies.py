@@ -39,7 +39,7 @@ class Ring:
 class Revolution(Shape):
     """A body of revolution: a polygon revolved about an axis.
 
-    Its corners are pairs of a radius and a position along the axis from `origin`, m.
+    Corners of the polygon are pairs of a radius and a position along the axis from `origin`, m.
     """
 
     if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Revolution(Shape):
 
     @property
     def rings(self) -> tuple[Ring, ...]:
-        """Flat parts of the surface, normal to the axis."""
+        """Flat parts of the surface, normal to the axis: discs and annuli."""
         sides, least = polygons.edges(self.outline), ON_AXIS * self.widest
         return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, d) in sides if abs(d - b) <= least)
 
@@ -154,7 +154,7 @@ class Revolved(Revolution):
 
     @property
     def cored(self) -> bool:
-        """True if the section meets the axis in one segment, with flat ends there."""
+        """True if the section meets the axis in one segment with flat ends, so that the mesh has a core."""
         return _has_core(self.outline)
 
     @property
@@ -272,13 +272,13 @@ class Cone(Revolution):
         return {"share": (0.0, 1.0), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
     def place(self, share: float, turn: float, along: float) -> Vector3:
-        """Return the point, m, at a fraction of the radius (`share`), an angle (`turn`) and a height (`along`)."""
+        """Return the point, m, at a fraction of the radius (`share`), an angle (`turn`, rad) and a height (`along`)."""
         first, second = transverse(self.axis)
         r = share * self.at(along)
         return add_multiples(self.origin, (r * math.cos(turn), first), (r * math.sin(turn), second), (along, self.axis))
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return the numbers of cells for a cell `size` (m): on the core's side, across the rings, along the axis."""
+        """Return the numbers of cells for a cell `size` (m): along the core's side, across the rings, axial."""
         side, rings = count_disc_cells(max(self.radius, self.end), size)
         return side, rings, count_cells(0.0, self.length, count_divisions(self.length, size), cuts_along(cuts, "along"))
 

@@ -23,7 +23,7 @@ FADE = 0.3  # length below that part with bent sections, relative to the cone
 
 
 def sweep_polygon(outline: Corners, count: int, size: float, kind: str, touches: bool, cored: bool) -> Mesh:
-    """Return the mesh of a counter-clockwise polygon of (r, z), m, swept around z in `count` steps.
+    """Return the mesh of a counter-clockwise polygon of corners (r, z), m, swept around z in `count` steps.
 
     `touches` is True if the polygon meets the axis, and `cored` if the mesh then has a core. Raises UnknownElement.
     """
@@ -59,9 +59,9 @@ def _sweep_hexahedra(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints
 
 
 def _sweep_tetrahedra(section: PlaneMesh, count: int, kind: str) -> Mesh:
-    """Return tetrahedra swept from a section that meets the axis. Raises UnknownElement.
+    """Return tetrahedra of the element `kind`, swept around the axis from a section that meets the axis.
 
-    Hexahedra at the axis would be wedges.
+    Hexahedra at the axis would be wedges, so an element other than a tetrahedron raises UnknownElement.
     """
     element = element_of(kind)
     if element.family != Tetrahedron.family:
@@ -110,9 +110,10 @@ def _drop_axis_corners(outline: Corners, least: float) -> Corners:
 
 
 def taper_disc(length: float, radius: float, end: float, size: float, kind: str, cuts: tuple[Cut, ...]) -> Mesh:
-    """Return the mesh of a disc extruded along z with a linearly varying radius, m, closed where that is zero.
+    """Return the mesh of a solid of revolution along z whose radius, m, varies linearly from `radius` to `end`.
 
-    Raises UnknownElement.
+    It is made from a disc extruded over the `length` (m); if `end` is zero, it is closed by a tip. Raises
+    UnknownElement.
     """
     largest = max(radius, end)
     section = mesh_disc(largest, size)
@@ -129,7 +130,7 @@ def taper_disc(length: float, radius: float, end: float, size: float, kind: str,
 
 
 def _tip_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
-    """Return how far mesh points are shifted away from a closed tip at `tip`, m.
+    """Return how far mesh points are shifted along -z, away from the tip at z = `tip`, m.
 
     Points of the core are shifted by the full amount, points of the rings by less.
     """
@@ -142,7 +143,10 @@ def _tip_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
 
 
 def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, tip: float) -> tuple[Floats, Ints, Ints]:
-    """Close a cone at its tip by shells of the core's cells, the centre of which moves to the tip at `tip`, m."""
+    """Return points, cells and colours of a cone closed by shells of cells at the tip, which is at z = `tip`, m.
+
+    The shells repeat the core's cells, and their centre moves to the tip.
+    """
     n, rings = _disc_cell_counts(section)
     top = len(points) - len(section.points) + np.arange(len(section.points))
     below = points[top[-1], 2]
@@ -166,12 +170,12 @@ def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, ti
     quads_ = grid(n, n).quads
     shells = [np.concatenate([low[quads_], high[quads_]], axis=1) for low, high in pairwise(levels)]
     hue = np.concatenate(hues)
-    # diagonals end at the four corners of the square: across one, their middles on the side would lie at the corner
+    # diagonals end at the square's four corners: the midside node of one across a corner would coincide with the corner
     return np.concatenate(added), np.concatenate([cells, *shells]), (hue + hue[levels[-1][0]]) % 2
 
 
 def _disc_cell_counts(section: PlaneMesh) -> tuple[int, int]:
-    """Return the numbers of cells n along the side of a disc's square and of rings around the square.
+    """Return the number n of cells along a side of a disc's square, and the number of rings around the square.
 
     They follow from the number of cells, n^2 + 4 n rings.
     """

@@ -65,7 +65,7 @@ class RoundedBox(Shape):
 
     @property
     def fault(self) -> str:
-        """Return an error if roundings of opposite edges overlap."""
+        """Return an error if roundings of opposite edges overlap; "" if valid."""
         return "" if 2.0 * self.rounding < min(self.size) else "`rounding` is more than half of its smallest side"
 
     @property
@@ -108,7 +108,7 @@ class RoundedRevolution(Shape):
 
     @property
     def fault(self) -> str:
-        """Return an error if the ends overlap."""
+        """Return an error if the roundings at both ends overlap; "" if valid."""
         return "" if 2.0 * self.rounding < self.length else "`rounding` is more than half of its length"
 
     @property
@@ -181,7 +181,7 @@ class Punch(RoundedRevolution):
 
     @property
     def fault(self) -> str:
-        """Return an error if the rims overlap."""
+        """Return an error if the rounded rims overlap; "" if valid."""
         return super().fault if self.rounding < self.radius else "`rounding` must be less than `radius`"
 
     @property

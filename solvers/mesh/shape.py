@@ -1,4 +1,4 @@
-"""Base classes of shapes: any shape, bodies along an axis, and straight prisms.
+"""Base classes of shapes: any shape, bodies with sections along an axis, and straight prisms.
 
 The shapes in `shapes.py` derive from these classes. Every member exists on every shape, with a default that means
 unknown, so that no caller has to test for it. Fields that a scene sets on some shapes only (`length`, `axis`) are
@@ -32,7 +32,10 @@ Plane = tuple[float, float, float, float]
 
 
 def dot(vector: Any, unit: Sequence[float]) -> Any:
-    """Return the dot product of a vector and a unit vector; coordinates may be numbers, arrays or bounds."""
+    """Return the dot product of two vectors of three coordinates.
+
+    Coordinates of the first vector may be numbers, arrays or interval bounds; zeros of `unit` are skipped.
+    """
     return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
 
 
@@ -53,7 +56,10 @@ def replace_coordinate(point: Vector3, axis: int, value: float) -> Vector3:
 
 
 def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
-    """Return two unit vectors that make a right-handed frame with `axis`; coordinate axes stay coordinate axes."""
+    """Return two unit vectors that make a right-handed frame with the unit vector `axis`.
+
+    For a coordinate axis they are the two other coordinate axes.
+    """
     smallest = min(range(3), key=lambda i: (round(abs(axis[i]), 12), i))
     seed = tuple(1.0 if i == smallest else 0.0 for i in range(3))
     second = cross(axis, seed)
@@ -124,15 +130,15 @@ class Section:
         return None
 
     def hole(self, around: int) -> Floats | None:
-        """Return as many points (k, 2), m, of the hole's border, counter-clockwise; None without a hole."""
+        """Return points (k, 2), m, of the hole's border, as many as `outline` returns; None without a hole."""
         return None
 
     def support(self, a: float, b: float) -> float:
-        """Return the largest value of a u + b v over the points (u, v) of a section with corners, m."""
+        """Return the largest value of a u + b v over the sample points (u, v) of the section, m."""
         return max(a * u + b * v for u, v in self.samples())
 
     def reach(self, axis: Vector3) -> Vector3:
-        """Return how far a section with corners, normal to an axis, extends from its centre along x, y and z, m."""
+        """Return how far the sample points of a section normal to `axis` extend from its centre along x, y and z, m."""
         first, second = transverse(axis)
         rows = [tuple(u * a + v * b for a, b in zip(first, second, strict=True)) for u, v in self.samples()]
         x, y, z = (max(abs(c) for c in column) for column in zip(*rows, strict=True))
@@ -165,7 +171,7 @@ class CircularSection(Section):
         return self.radius * math.hypot(a, b)
 
     def reach(self, axis: Vector3) -> Vector3:
-        """Return how far the circle extends from its centre along x, y and z, m, exactly, not by sample points."""
+        """Return how far the section, normal to `axis`, extends from its centre along x, y and z, m; exact."""
         x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
         return x, y, z
 
@@ -178,9 +184,9 @@ class CurvedSide:
         raise NotImplementedError(f"{type(self).__name__} knows no facets")
 
     def onto(self, place: Any) -> Any:
-        """Return x, y and z of points projected onto the side, m: numbers, arrays or bounds.
+        """Return points projected onto the side, m, as x, y and z: numbers, arrays or interval bounds.
 
-        With it, a selection by distance from the side does not depend on how flat the facets are.
+        A selection by the distance of projected points does not depend on how flat the facets are.
         """
         raise NotImplementedError(f"{type(self).__name__} has no places")
 
@@ -217,7 +223,7 @@ class Shape:
 
     @property
     def diagonal(self) -> float:
-        """Diagonal of the bounding box, m; 0 if there are no bounds."""
+        """Diagonal of the bounding box, m; 0 if the bounds are unknown."""
         return 0.0 if self.bounds is None else math.dist(*self.bounds)
 
     @property
@@ -227,7 +233,7 @@ class Shape:
 
     @property
     def least(self) -> float:
-        """Lower bound of the volume, m^3, computed without the surface."""
+        """Lower bound of the volume, m^3, computed without making the surface; 0 if unknown."""
         return self.volume or 0.0
 
     @property
@@ -252,7 +258,7 @@ class Shape:
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of the shape's own coordinates; empty if meshes cannot be cut along them."""
+        """Ranges of the coordinates that belong to the shape, by name; empty if meshes cannot be cut along them."""
         return {}
 
     @property
@@ -261,11 +267,14 @@ class Shape:
         return None
 
     def place(self, *args: Any, **kwargs: Any) -> Vector3:
-        """Return the point, m, with given values of the shape's own coordinates."""
+        """Return the point, m, at given values of the shape's coordinates, those named in `spans`."""
         raise NotImplementedError(f"{type(self).__name__} has no coordinates of its own")
 
     def chord(self, plane: Plane) -> Cut | None:
-        """Return the cut across the section at the plane a x + b y + c z + d = 0; None if a mesh cannot have it."""
+        """Return the cut across the section in the plane a x + b y + c z + d = 0, given by (a, b, c, d).
+
+        Return None if a mesh cannot have nodes on this plane.
+        """
         return None
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
@@ -341,7 +350,7 @@ class Swept(Shape):
 
     @property
     def slope(self) -> float:
-        """Rate of change of half of the widest extent along the axis."""
+        """Change of half of the section's widest extent per length of the axis, dimensionless; 0 without taper."""
         return 0.0
 
     def section_at(self, station: float) -> Section:
@@ -430,7 +439,7 @@ class Prism(Swept):
 
 @lru_cache(maxsize=64)
 def _section_reach(shape: Prism) -> Vector3:
-    """Return how far the sections extend from their centres along x, y and z, m."""
+    """Return how far the sections of a straight body extend from their centres along x, y and z, m."""
     return shape.section.reach(shape.axis)
 
 
@@ -464,13 +473,16 @@ class RoundPrism(Prism):
         return {"radius": (inner, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
     def place(self, radius: float, turn: float, along: float) -> Vector3:
-        """Return the point, m, at a radius, an angle (`turn`, rad) and an axial position (`along`)."""
+        """Return the point, m, at a radius, m, an angle (`turn`, rad) and an axial position (`along`, m)."""
         first, second = transverse(self.axis)
         u, v = radius * math.cos(turn), radius * math.sin(turn)
         return add_multiples(self.origin, (u, first), (v, second), (along, self.axis))
 
     def chord(self, plane: Plane) -> Cut | None:
-        """Return the cut at the plane a x + b y + c z + d = 0; None if not parallel to the axis or outside."""
+        """Return the cut across the section in the plane a x + b y + c z + d = 0, given by (a, b, c, d).
+
+        Return None if the plane is not parallel to the axis, or misses the body.
+        """
         normal = plane[:3]
         norm = math.hypot(*normal)
         if norm == 0.0 or abs(dot(normal, self.axis)) > 1e-9 * norm:

@@ -90,7 +90,7 @@ def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> 
             face = np.empty((len(ends[first]), len(ends[second]), 3))
             face[..., first], face[..., second] = np.meshgrid(ends[first], ends[second], indexing="ij")
             face[..., k] = sign * half[k]
-            points.append(face.reshape(-1, 3))  # equally many on every face
+            points.append(face.reshape(-1, 3))  # every face has equally many points
             triangles.append(_lattice_triangles(*face.shape[:2], flipped=sign < 0.0) + len(triangles) * len(points[0]))
     X = np.concatenate(points)
     _, kept, numbers = np.unique((X / rounding).round(6), axis=0, return_index=True, return_inverse=True)

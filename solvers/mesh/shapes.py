@@ -70,7 +70,7 @@ class Cylinder(RoundPrism):
         return self.radius / 2.5
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return the numbers of cells for a cell `size` (m): on the square's side, across the rings, along the axis."""
+        """Return the numbers of cells for a cell `size` (m): along the core's side, across the rings, axial."""
         side, rings = count_disc_cells(self.radius, size)
         core, *outer = circle_radii(self.radius, size, cuts)
         rings = count_divisions(0.4 * core, size) + len(outer) if outer else rings
@@ -156,9 +156,9 @@ class Box(Prism):
         return x, y, z
 
     def _turned(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
-        """Return cuts of x, y and z as cuts along the axis and along the edges of the section.
+        """Return cuts along x, y and z as cuts along the section's two edges and along the axis.
 
-        These are the coordinates of the mesh before it is rotated into place.
+        These are the coordinates in which the mesh is made before it is rotated into place.
         """
         frame = dict(zip(("first", "second", "along"), (*transverse(self.axis), self.axis), strict=True))
         found = []

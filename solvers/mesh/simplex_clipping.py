@@ -1,4 +1,4 @@
-"""Clipping of segments, triangles and tetrahedra by surfaces: every piece lies on one side of each surface.
+"""Clipping of segments, triangles and tetrahedra by surfaces, so that every piece lies on one side of each surface.
 
 Clipping by planes is exact. A curved surface is intersected with the edges of pieces that are small compared with its
 radius; the error is of third order in their size.
@@ -21,14 +21,20 @@ ROUNDS = 64  # largest number of cutting rounds: each cuts one edge of every pie
 
 @dataclass(frozen=True)
 class Pieces:
-    """Simplices with `corners` (p, k, 3), m, and the number (p,) of the original simplex of each."""
+    """Pieces of simplices: `corners` (p, k, 3), m, and the number `of` (p,) of the original simplex of each.
+
+    Pieces with k = 2 corners are segments, with 3 triangles, with 4 tetrahedra.
+    """
 
     corners: Floats
     of: Ints
 
     @property
     def sizes(self) -> Floats:
-        """Lengths, areas or volumes (p,), m, m^2 or m^3: sqrt(det(E E^T)) / (k - 1)! with the edge vectors E."""
+        """Lengths, areas or volumes of the pieces (p,), in m, m^2 or m^3.
+
+        They are sqrt(det(E E^T)) / (k - 1)! with the edge vectors E from the first corner of a piece.
+        """
         E = self.corners[:, 1:] - self.corners[:, :1]
         gram = np.einsum("pik,pjk->pij", E, E)
         sizes: Floats = np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / math.factorial(E.shape[1])
@@ -36,7 +42,7 @@ class Pieces:
 
     @property
     def middles(self) -> Floats:
-        """Centroids (p, 3), m."""
+        """Centroids of the pieces (p, 3), m."""
         middles: Floats = self.corners.mean(axis=1)
         return middles
 
@@ -90,7 +96,11 @@ def _snap_to_zero(v: Floats, slack: float) -> Floats:
 def _split_simplices(
     corners: Floats, v: Floats, i: Ints, j: Ints, level: Callable[[Floats], Floats] | None
 ) -> tuple[Floats, Floats]:
-    """Split every simplex in two at the point where the surface crosses its edge from corner i to corner j."""
+    """Split every simplex (n, k, 3) where the surface crosses its edge from corner i (n,) to corner j (n,).
+
+    `v` (n, k) are the values of the level function at the corners. For a curved surface, `level` is the function
+    itself. Return the corners and the values of both halves.
+    """
     n = np.arange(len(corners))
     a, b = corners[n, i], corners[n, j]
     t = v[n, i] / (v[n, i] - v[n, j])
@@ -103,7 +113,10 @@ def _split_simplices(
 
 
 def _crossing_fraction(a: Floats, b: Floats, above: Any, level: Callable[[Floats], Floats]) -> Floats:
-    """Return the fractions (n,) of the way from a to b, both (n, 3), at which the level function changes sign."""
+    """Return where on the segments from a to b, both (n, 3), the level function changes sign, as fractions (n,).
+
+    `above` (n,) is True where the function is positive at a.
+    """
     low, high = np.zeros(len(a)), np.ones(len(a))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)

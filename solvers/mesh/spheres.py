@@ -88,7 +88,7 @@ class RoundBody(Shape):
         }
 
     def place(self, radius: float, turn: float, tilt: float) -> Vector3:
-        """Return the point, m, at a radius, an angle around the z axis (`turn`) and one from it (`tilt`)."""
+        """Return the point, m, at a radius, m, an angle around the z axis (`turn`, rad) and one from it (`tilt`)."""
         way = (math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn), math.cos(tilt))
         share = radius / max(self.outer)
         x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer, way, strict=True))
@@ -127,7 +127,7 @@ class RoundBody(Shape):
         )
 
     def within(self, cuts: tuple[Cut, ...]) -> tuple[EllipsoidSide, ...]:
-        """Return the ellipsoids inside the body at the radii of cuts."""
+        """Return the ellipsoids inside the body on which nodes must lie, one for each cut of the radius."""
         return tuple(self._similar_ellipsoid(cut.at / max(self.outer)) for cut in cuts_along(cuts, "radius"))
 
     def _similar_ellipsoid(self, share: float) -> EllipsoidSide:
@@ -197,7 +197,7 @@ class SphericalShell(RoundBody):
 
     @property
     def fault(self) -> str:
-        """Return an error if the wall is empty."""
+        """Return an error if the wall has no thickness; "" if valid."""
         return "" if self.inner < self.radius else INSIDE_OUT
 
     @property

@@ -31,9 +31,10 @@ class SpringNetwork:
     """Springs of a network, each once: node pairs `edges` (n, 2) and the kind of edge or diagonal `what` (n,).
 
     `count` (n,) is the number of cells that share a spring, and `volume` (n,) the sum of their volumes, m^3. `weight`
-    (n,) is this sum weighted with each cell's share, m^3: the stiffness that represents a modulus E is E weight / l0^2.
-    Inside a lattice of cubes an edge has four cells and a face diagonal two. On the surface of a block they have fewer,
-    and so less stiffness.
+    (n,), m^3, is the same sum with each cell's volume multiplied by the spring's share in that cell
+    (`hexahedron_shares`). A modulus E is represented by the stiffness E weight / l0^2 of a spring of length l0. Inside
+    a lattice of cubes an edge has four cells and a face diagonal two. On the surface of a block they have fewer, and so
+    less stiffness.
     """
 
     edges: Ints
@@ -46,8 +47,8 @@ class SpringNetwork:
 def build_spring_network(mesh: Mesh, diagonals: Diagonals = "all") -> SpringNetwork:
     """Return the springs of a mesh: the edges of its cells, and the diagonals of hexahedra.
 
-    In tetrahedra each edge has the share 1, which is the rule of Van Gelder (1998). `hexahedron_shares` describes
-    hexahedra.
+    In tetrahedra each edge has the stiffness fraction 1, which is the rule of Van Gelder (1998). `hexahedron_shares`
+    describes hexahedra.
     """
     pairs, what = _springs_of_element(mesh.element, diagonals)
     ends = np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1)  # (m springs, 2)
@@ -74,13 +75,14 @@ def _springs_of_element(element: type[Element], diagonals: Diagonals) -> tuple[I
 
 
 def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
-    """Return each spring's share of E V / l0^2, shape (m, springs), in hexahedra with `corners` (m, 8, 3).
+    """Return the stiffness of each spring in hexahedra as a fraction of E V / l0^2, shape (m, springs).
 
-    Under homogeneous strain, springs with stiffness k and direction n store the energy of a solid with the elasticity C
-    = sum k l0^2 n n n n / V. The shares are chosen so that C is nearest to 2E/5 (II + two transposes), the isotropic
-    solid of modulus E and nu = 1/4, with no share below a tenth of a cube's. If several choices are equally near, the
-    one nearest to the shares of a cube is taken. Cubes have the shares of CUBE. With body diagonals, bricks up to 1.6
-    times as long as wide become isotropic; with the shares of a cube, a brick 1.4 times as long would be too stiff
+    `corners` (m, 8, 3) are those of the hexahedra, V is the volume, E the modulus and l0 the spring's length. Under
+    homogeneous strain, springs with stiffness k and direction n store the energy of a solid with the elasticity C = sum
+    k l0^2 n n n n / V. The fractions are chosen so that C is nearest to 2E/5 (II + two transposes), the isotropic solid
+    of modulus E and nu = 1/4, with no fraction below a tenth of a cube's. If several choices are equally near, the one
+    nearest to the fractions of a cube is taken. Cubes have the fractions CUBE. With body diagonals, bricks up to 1.6
+    times as long as wide become isotropic; with the fractions of a cube, a brick 1.4 times as long would be too stiff
     lengthwise by a half.
     """
     pairs, what = _springs_of_element(Hex8, diagonals)
@@ -94,7 +96,10 @@ def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
 
 
 def _fit_shares(n: Floats, usual: Floats) -> Floats:
-    """Return the shares (s,) of springs with directions n (s, 3), by non-negative least squares."""
+    """Return the stiffness fractions (s,) of springs with directions n (s, 3), by non-negative least squares.
+
+    `usual` (s,) are the fractions in a cube.
+    """
     nn = np.einsum("si,sj->sij", n, n)
     A = np.einsum("sij,skl->ijkls", nn, nn).reshape(81, -1)
     one = np.eye(3)

@@ -54,7 +54,7 @@ def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] 
 
 
 def _even_grid_lines(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
-    """Return grid lines (n,), m, evenly spaced unless a cut requires otherwise."""
+    """Return grid lines (n,), m, between `low` and `high`: `count` equal cells unless a cut requires others."""
     found = grid_lines(low, high, count, cuts)
     return np.linspace(low, high, count + 1) if found is None else np.array(found)
 
@@ -85,10 +85,10 @@ def mesh_disc(
 ) -> PlaneMesh:
     """Return the mesh of a disc (an O-grid): a rounded square grid in the middle and rings of cells around it.
 
-    `corner` is the distance of the square's corners from the centre as a fraction of `radius`, and `bulge` is how far
-    its sides follow the circle. With the defaults the tetrahedra have a mean-ratio quality above 0.55 from coarse to
-    fine meshes. Rings lie on the cuts of `radius`; without such cuts, the straight line through the middle lies on the
-    first cut of `chord`.
+    `corner` is the distance of the square's corners from the centre as a fraction of `radius`. `bulge` is 0 for
+    straight sides of the square and 1 for sides along a concentric circle. With the defaults the tetrahedra have a
+    mean-ratio quality above 0.55 from coarse to fine meshes. Rings lie on the cuts of `radius`; without such cuts, the
+    straight line through the middle lies on the first cut of `chord`.
     """
     n, rings = count_disc_cells(radius, size)
     core, *outer = circle_radii(radius, size, cuts)
@@ -210,10 +210,10 @@ def mesh_extrusion(section: PlaneMesh, length: float, size: float, kind: str, cu
 
 
 def curve_sides(mesh: Mesh, sides: Iterable[CurvedSide], within: Iterable[CurvedSide] = ()) -> Mesh:
-    """Move midside nodes between corners on curved sides of a shape onto these sides.
+    """Return the mesh with midside nodes moved onto the curved sides of a shape.
 
-    Facets with all corners on a side belong to the side; only these are curved. The surfaces `within` lie inside the
-    body and are treated in the same way.
+    A facet belongs to a side if all its corners lie on it; only the midside nodes of such facets are moved. The
+    surfaces `within` lie inside the body and are treated in the same way.
     """
     corners = mesh.element.facet.corners
     points = mesh.points.copy()

@@ -31,19 +31,22 @@ class SurfaceBody(Shape):
             """Largest allowed distance of the mesh from the surface, m."""
 
     def closed(self, size: float | None = None) -> ClosedSurface:
-        """Return the repaired surface for cells of a size (m). Raises UnreadableMesh."""
+        """Return the repaired, closed surface with facets suited to cells of `size` (m). Raises UnreadableMesh."""
         raise NotImplementedError(f"{type(self).__name__} has no surface")
 
     def missed(self, size: float) -> float:
-        """Return the volume that the surface's facets miss, m^3; negative if they enclose too much."""
+        """Return the volume between the body and its flat facets, m^3; negative if the facets enclose too much."""
         return 0.0
 
     def near(self, size: float) -> float:
-        """Return the largest allowed distance between the surface and a mesh with cells of `size` (m), m."""
+        """Return the largest allowed distance, m, between the surface and a mesh with cells of `size` (m)."""
         return self.tolerance or NEAR * size
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
-        """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
+        """Return a mesh of four-node tetrahedra that fills the surface. Raises UnreadableMesh.
+
+        Edges have about the `size` (m), and less at graded cuts.
+        """
         raise NotImplementedError(f"{type(self).__name__} is not filled")
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> FilledMesh:
@@ -141,6 +144,7 @@ Seen = tuple[int, int] | None  # modification time and size of a file: a changed
 
 
 def modification_stamp(path: str) -> Seen:
+    """Return the modification time (ns) and the size (bytes) of a file; None if it does not exist."""
     file = Path(path)
     if not file.is_file():
         return None
@@ -150,6 +154,7 @@ def modification_stamp(path: str) -> Seen:
 
 @lru_cache(maxsize=4)
 def _read_closed_surface(path: str, unit: float, stamp: Seen) -> ClosedSurface:
+    """Return the repaired surface of a file, cached by its modification `stamp`. Raises UnreadableMesh."""
     from softmark.solvers.mesh.files.mesh_reader import read_triangles
     from softmark.solvers.mesh.files.watertight_repair import close_surface
 
@@ -160,6 +165,7 @@ def _read_closed_surface(path: str, unit: float, stamp: Seen) -> ClosedSurface:
 def _tetrahedralize(
     path: str, unit: float, stamp: Seen, size: float, tolerance: float, graded: tuple[Cut, ...]
 ) -> FilledMesh:
+    """Return the cached tetrahedral mesh of a surface file; `size` and `tolerance` are in m. Raises UnreadableMesh."""
     from softmark.solvers.mesh.tetrahedralization import fill_surface
 
     return fill_surface(_read_closed_surface(path, unit, stamp), size, tolerance, graded)

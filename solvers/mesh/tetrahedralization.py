@@ -43,7 +43,7 @@ LOST = 1e-3  # relative to the volume: largest loosely connected part that may b
 class MeshingRecord:
     """Record of how a surface was filled: mesher, smallest cell `size` (m), CPU time (s) and `tolerance` (m).
 
-    `repairs` describes the repairs of the surface and of its mesh as text. `beside` counts boundary nodes of the mesh
+    `repairs` describes the repairs of the surface and of the mesh as text. `beside` counts boundary nodes of the mesh
     that could not be moved onto the given surface. `digest` identifies the points and tetrahedra.
     """
 
@@ -100,7 +100,7 @@ def fill_surface(surface: ClosedSurface, size: float, tolerance: float, graded: 
     return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=how)
 
 
-# ------------------------------------------------------------------ the mesher, and what it made before
+# ------------------------------------------------------------------ the mesher and the cache of its meshes
 
 Made = tuple[Floats, Ints, float]
 Field = dict[str, Any]  # arrays of a mesh and of sizes at its points, by the mesher's names
@@ -133,9 +133,10 @@ def _read_cached_mesh(file: Path) -> Made:
 
 
 def _fill_and_cache(key: str, surface: ClosedSurface, size: float, tolerance: float, field: Field) -> Made:
-    """Fill the surface and cache the mesh. Raises UnreadableMesh.
+    """Fill the surface with tetrahedra and cache the mesh under `key`. Raises UnreadableMesh.
 
-    If another process has cached a mesh meanwhile, that mesh is used instead.
+    Return points (n, 3), m, cells (m, 4) and CPU time, s. If another process has cached a mesh meanwhile, that mesh is
+    returned instead.
     """
     points, cells, seconds = _run_mesher(surface, size, tolerance, **field)
     folder = _cache_folder()
@@ -196,7 +197,7 @@ def _mesher_error(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
     )  # fmt: skip
 
 
-# ------------------------------------------------------------------ what it made, as a mesh of the body
+# ------------------------------------------------------------------ corrections of the mesher's result
 
 
 def _orient_positively(points: Floats, cells: Ints) -> Ints:
@@ -208,7 +209,10 @@ def _orient_positively(points: Floats, cells: Ints) -> Ints:
 
 
 def _drop_loose_parts(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
-    """Return the mesh without small parts that no face connects with the largest part, and a report."""
+    """Return points and cells without small parts that share no face with the largest part, and a report as text.
+
+    Parts are kept if they have more than the fraction LOST of the volume.
+    """
     mesh = Mesh(points, cells)
     part = components_of_rows(facets_of_cells(mesh)[2].reshape(len(cells), -1))
     sizes = np.bincount(part, mesh.volumes)
@@ -240,10 +244,10 @@ def _sharp_edges_and_corners(surface: ClosedSurface) -> tuple[Ints, Ints]:
 
 
 def _project_onto_surface(surface: ClosedSurface, mesh: Mesh, reach: float) -> tuple[Floats, int]:
-    """Move boundary nodes of the mesh onto the given surface, as far as cells remain valid.
+    """Return the mesh points with boundary nodes moved onto the given surface, and the number of nodes left off it.
 
-    Return the points and the number of nodes that are still off the surface. Nodes near a sharp edge are moved onto the
-    edge, and near a corner onto the corner, so that flat faces stay flat.
+    Nodes farther from the surface than `reach` (m) are not moved, nor nodes whose move would flatten a cell. Nodes near
+    a sharp edge are moved onto the edge, and near a corner onto the corner, so that flat faces stay flat.
     """
     outer = np.unique(mesh.facets)
     there, far = closest_points(mesh.points[outer], surface.points, surface.triangles, reach)

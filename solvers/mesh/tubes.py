@@ -94,7 +94,7 @@ class Tube(RoundPrism):
 
     @property
     def fault(self) -> str:
-        """Return an error if the wall is empty."""
+        """Return an error if the wall has no thickness; "" if valid."""
         return "" if self.inner < self.radius else INSIDE_OUT
 
     @property
@@ -103,7 +103,10 @@ class Tube(RoundPrism):
         return Annulus(self.radius, self.inner)
 
     def chord(self, plane: Plane) -> Cut | None:
-        """Return the cut at the plane a x + b y + c z + d = 0; None if it does not contain the axis."""
+        """Return the cut in the plane a x + b y + c z + d = 0, given by (a, b, c, d).
+
+        Return None unless the plane contains the axis.
+        """
         cut = super().chord(plane)
         return None if cut is None or abs(cut.at) >= 1e-9 * self.radius else replace(cut, at=0.0)
 

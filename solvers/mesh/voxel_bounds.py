@@ -17,7 +17,7 @@ MANY = 4096  # largest number of voxels evaluated one by one; beyond, blocks are
 class VoxelBounds:
     """Least and largest value of an image in each voxel: `low` and `high`, both (nx, ny, nz).
 
-    They are the same array if each voxel has a single value.
+    If each voxel has a single value, both are the same array.
     """
 
     low: Floats
@@ -29,9 +29,9 @@ class VoxelBounds:
         return VoxelBounds(_reduce_voxel_blocks(self.low, np.minimum), _reduce_voxel_blocks(self.high, np.maximum))
 
     def within(self, first: Ints, last: Ints) -> tuple[Floats, Floats]:
-        """Return bounds (n,) over boxes of voxels from `first` to `last`, inclusive, both (n, 3).
+        """Return the least and largest values (n,) in boxes of voxels from `first` to `last`, inclusive, both (n, 3).
 
-        Bounds over large boxes are not the tightest.
+        For large boxes the bounds are those of a slightly larger box, which saves time.
         """
         low, high = np.empty(len(first)), np.empty(len(first))
         many = np.prod(last - first + 1.0, axis=1) > MANY

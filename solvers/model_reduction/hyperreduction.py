@@ -71,13 +71,11 @@ class CellContributions:
 def sample_cells(energies: Sequence[Energy], V: Floats, states: Floats, size: float, tolerance: float) -> CellSample:
     """Return cells and weights that preserve the training states and the stiffness at rest, within `tolerance`.
 
-    `states` (s, dofs) are displacements in the space of the fields V, m. Errors of the forces in a state are weighted
-    by
-    their effect: the change of the state K^-1 error, K being the stiffness in that state, relative to the length of the
-    linear response (V^T M V = I). Errors of the stiffness are measured in the metric in which the stiffness of all
-    cells is
-    the identity. The tolerance holds for the root mean square over states and stiffness. `size` is the size of the
-    body, m.
+    `states` (s, dofs), m, are displacements in the space of the fields V. Errors of the forces in a state are weighted
+    by their effect: the change of the state K^-1 error, with K the stiffness in that state, relative to the length of
+    the linear response (V^T M V = I). Errors of the stiffness are measured in the metric in which the stiffness of all
+    cells is the identity. The tolerance holds for the root mean square over states and stiffness. `size` is the size of
+    the body, m.
     """
     shares = CellContributions(energies, V, size)
     blocks = [_stiffness_rows(shares.stiffness(np.zeros(len(V))))]

@@ -29,8 +29,7 @@ class PrincipalFields:
     """Orthonormal principal fields V (n, r) of a set of states, with the accuracy of their space.
 
     `captured` is the fraction of the squared length of all states that the fields contain. `error` is the largest
-    relative
-    distance of a state from the space of the fields.
+    relative distance of a state from the space of the fields.
     """
 
     V: Floats
@@ -61,9 +60,8 @@ def orthonormalize(S: Floats, M: sparse.csr_matrix) -> tuple[Floats, Floats]:
 def principal_fields(S: Floats, W: sparse.csr_matrix, modes: int | None, tolerance: float) -> PrincipalFields:
     """Return the principal fields of the states S (n, k), with lengths measured by the matrix W (Sirovich 1987).
 
-    They are the first `modes` fields, or, if that is None, as many as leave at most the fraction `tolerance` of the
-    root
-    mean square of the states.
+    They are the first `modes` fields. If `modes` is None, they are as many as leave at most the fraction `tolerance` of
+    the root mean square of the states.
     """
     Q, R = orthonormalize(S, W)
     U, s, _ = np.linalg.svd(R, full_matrices=False)
@@ -80,7 +78,7 @@ def principal_fields(S: Floats, W: sparse.csr_matrix, modes: int | None, toleran
 def vibration_modes(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Floats, Floats]:
     """Return the lowest angular frequencies w (count,), rad/s, and their modes (n, count) with Phi^T M Phi = I.
 
-    They solve K phi = w^2 M phi (see `lowest`). Raises Singular if K is singular.
+    They solve K phi = w^2 M phi (see `lowest_modes`). Raises Singular if K is singular.
     """
     values, modes = lowest_modes(K, M, count, lambda: factor(K))
     return np.sqrt(np.maximum(values, 0.0)), modes

@@ -35,8 +35,7 @@ class ReductionError:
     """Residual of the full equations in the states of a reduced model, and the estimated displacement error.
 
     `residual` is relative to the largest of the balancing forces. `distance` is the largest estimated displacement
-    error of
-    a node, m, and `relative` is `distance` over the largest displacement. Both are None if they are unknown.
+    error of a node, m, and `relative` is `distance` over the largest displacement. Both are None if they are unknown.
     """
 
     residual: float
@@ -173,8 +172,7 @@ class _ErrorEquation:
         """Return the out-of-balance forces of the full equations at output time i, N, shape (free,).
 
         The acceleration is computed from the reduced equations in that state, because integrators may store the
-        acceleration
-        of another time.
+        acceleration of another time.
         """
         motion, V, time = self.motion, self.motion.fields, float(self.motion.times[i])
         q, v, a = motion.q[i], motion.v[i], motion.a[i].copy()

@@ -15,11 +15,11 @@ def gauss_jacobi(n: int, power: int) -> tuple[Floats, Floats]:
     three-term recurrence matrix. The weights are the squares of the first entries of its eigenvectors times the total
     weight, 2^(power + 1) / (power + 1).
 
-    Source: Golub and Welsch 1969; the recurrence of Jacobi polynomials P^(power, 0), Abramowitz and Stegun 22.7.
+    Source: Golub and Welsch (1969); the recurrence of Jacobi polynomials P^(power, 0), Abramowitz and Stegun 22.7.
     """
     k = np.arange(n, dtype=np.float64)
     twice = 2.0 * k + power
-    diagonal = np.full(n, -power / (power + 2.0))  # the first
+    diagonal = np.full(n, -power / (power + 2.0))  # holds for the first entry
     diagonal[1:] = -(power**2) / (twice[1:] * (twice[1:] + 2.0))
     j, full = k[1:], twice[1:]
     beside = np.sqrt(4.0 * j**2 * (j + power) ** 2 / (full**2 * (full + 1.0) * (full - 1.0)))

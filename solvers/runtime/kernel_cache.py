@@ -11,11 +11,11 @@ So the cache folder is named by a digest of all solver sources, of the versions 
 processor. Each kernel has its own file, named by everything that determines the kernel. The file begins with a checksum
 of its other bytes; a kernel with a wrong checksum is compiled again. The folder name reflects the sources at the time
 this module was loaded. numba's key of a function covers only the operations of its code. The key here also includes its
-constants, its names, the values that they refer to, its source file when it was loaded, and the same for the kernels
-that it calls.
+constants, its names, the values to which the names refer, and its source file when it was loaded. It includes the same
+for the kernels that it calls.
 
 Kernels are in modules named `*_kernels.py`, in `sparse` and in `corotational_tets.py`. Code that needs no kernels must
-not import these, since numba is slow to load. A kernel is compiled only for the types that it is called with, so an
+not import these, since numba is slow to load. A kernel is compiled only for the types with which it is called, so an
 unused kernel costs a run nothing. Most of the compile time goes into the wrapper code that numba adds, so there are
 three decorators: `kernel` for functions called from Python that create no array, `maker` for those that create arrays,
 and `part` for functions called only by kernels.
@@ -51,9 +51,9 @@ from numba.core import serialize as _serialize
 
 from softmark.solvers.runtime.numba_pipeline import ShortPipeline
 
-caching: Any = _caching  # without types of its own
+caching: Any = _caching  # numba has no type annotations
 event: Any = _event
-njit: Any = numba.njit  # whose type stubs lack some options
+njit: Any = numba.njit  # its type stubs lack some options
 serialize: Any = _serialize
 runtime: Any = _runtime
 
@@ -68,7 +68,7 @@ def sources() -> list[Path]:
 
 
 def digest(files: Iterable[Path], *facts: str) -> str:
-    """Return the SHA-256 of the names and texts of `files` and of `facts`, as 16 hexadecimal digits."""
+    """Return a digest of the names and texts of `files` and of the texts `facts`: 16 hexadecimal digits of SHA-256."""
     h = hashlib.sha256("\0".join(facts).encode())
     for file in files:
         text = file.read_bytes()
@@ -87,7 +87,7 @@ def _describe_processor() -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder of the kernels of this version: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
+    """Return the folder of the kernels of this version of the sources: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     facts = (version("numba"), version("numpy"), sys.version, _describe_processor())
     return Path(home) / "softmark" / "kernels" / digest(sources(), *facts)
@@ -136,7 +136,10 @@ class _KernelFiles:
         return kept if own == key else None
 
     def save(self, key: Any, kept: Any) -> None:
-        """Save the object `kept` under the key, completely or not at all; a full or read-only disk raises no error."""
+        """Save the object `kept` under the key, completely or not at all.
+
+        A full or read-only disk raises no error; the object is then not saved.
+        """
         global _made
         _made += 1
         data: bytes = serialize.dumps((key, kept))
@@ -160,13 +163,16 @@ def _write_atomically(path: Path, data: bytes) -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
         os.replace(part, path)
-    except BaseException:  # an interrupt, too
+    except BaseException:  # including KeyboardInterrupt
         Path(part).unlink(missing_ok=True)
         raise
 
 
 class _CacheLocator(caching.UserProvidedCacheLocator):  # type: ignore[misc]
-    """numba cache locator that always selects our folder, because other locators miss changes of called functions."""
+    """numba cache locator that always selects the folder FOLDER of this module.
+
+    Other locators miss changes of called functions.
+    """
 
     def __init__(self, function: Any, file: str) -> None:
         super().__init__(function, file)
@@ -174,11 +180,11 @@ class _CacheLocator(caching.UserProvidedCacheLocator):  # type: ignore[misc]
 
     @classmethod
     def from_function(cls, function: Any, file: str) -> _CacheLocator:
-        """Return our locator for a function, whether or not the folder can be written to."""
+        """Return this locator for a function, whether or not the folder can be written to."""
         return cls(function, file)
 
     def ensure_cache_path(self) -> None:
-        """Do nothing: saving a kernel creates the folder, and does without if that fails."""
+        """Do nothing: saving a kernel creates the folder, and kernels stay in memory if that fails."""
 
 
 class _CompileResultData(caching.CompileResultCacheImpl):  # type: ignore[misc]
@@ -196,7 +202,7 @@ def hash_source(file: str) -> str:
 
 
 class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
-    """numba's cache of one function, with our files instead of numba's."""
+    """numba's cache of one function, with the files of `_KernelFiles` instead of numba's."""
 
     _impl_class = _CompileResultData
 
@@ -206,7 +212,7 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
         self.source = hash_source(function.__code__.co_filename)  # now, while it is being loaded
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the machine code on disk for a signature, or None.
+        """Return the machine code on disk for the argument types `sig`, or None.
 
         numba's own method would first import its whole compiler, 0.3 s. Loaded code is linked only with numba's memory
         management and its C helpers. If there is no code to load, compilation imports the modules that it needs.
@@ -216,7 +222,7 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
             return self._load_overload(sig, target_context)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Return numba's key of a signature, extended by the digest of the function.
+        """Return numba's key for the argument types `sig`, extended by the digest of the function.
 
         The digest is computed only when the function is loaded or compiled.
         """
@@ -229,14 +235,17 @@ def kernel_digest(function: Any) -> str:
 
 
 def _describe_function(function: Any, seen: set[Any]) -> list[str]:
-    """Return the lines that describe a function and the kernels that it calls; functions in `seen` are skipped."""
+    """Return text lines from which a function and the kernels that it calls can be told apart from changed versions.
+
+    Functions in `seen` are described by their names only.
+    """
     if function in seen:
         return [function.__qualname__]
     seen.add(function)
     told = [function.__qualname__, repr(function.__defaults__)]
     names: set[str] = set()
     codes: list[CodeType] = [function.__code__]
-    for code in codes:  # which grows by the functions within
+    for code in codes:  # grows by the nested functions
         codes += (c for c in code.co_consts if isinstance(c, CodeType))
         told += [code.co_code.hex(), repr(code.co_names)]
         told += [_describe_constant(c) for c in code.co_consts if not isinstance(c, CodeType)]
@@ -249,7 +258,7 @@ def _describe_function(function: Any, seen: set[Any]) -> list[str]:
 
 
 def _describe_value(value: Any, seen: set[Any]) -> list[str]:
-    """Return the lines that describe the value of a global name, as far as machine code depends on it.
+    """Return text lines with everything about the value of a global name on which machine code depends.
 
     They are the same in every process.
     """
@@ -267,7 +276,7 @@ def _describe_value(value: Any, seen: set[Any]) -> list[str]:
 
 
 def _describe_constant(value: Any) -> str:
-    """Return a constant as text; the items of a set are sorted, since a set has no order."""
+    """Return a constant as text; the items of a set are sorted, because their order may vary."""
     return repr(sorted(map(repr, value))) if isinstance(value, frozenset) else repr(value)
 
 
@@ -309,7 +318,7 @@ class _KernelPart:
         self.py_func = function
         self.source = hash_source(function.__code__.co_filename)
         self._compiled = njit(**_LEAN, no_cpython_wrapper=True, _nrt=False)(function)
-        self._numba_type_ = numba.types.Dispatcher(self._compiled)  # which holds a weak reference to it
+        self._numba_type_ = numba.types.Dispatcher(self._compiled)  # holds only a weak reference to it
         functools.update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -344,16 +353,16 @@ def _with_disk_cache(function: Kernel, compiled_later: Any) -> Kernel:
 
 
 def is_compiled() -> bool:
-    """Return whether kernels of this version are on disk; if not, the first run has to compile them."""
+    """Return whether any kernel of this version is on disk; if not, the first run has to compile the kernels."""
     return CACHED and any(FOLDER.rglob(f"*{SUFFIX}"))
 
 
 def count_compiled() -> int:
-    """Return the number of kernels that this process and its helper process have compiled so far, with their parts."""
+    """Return the number of kernels that this process and its helper process have compiled so far."""
     return _made
 
 
 def add_compiled(kernels: int) -> None:
-    """Add the number of kernels that another process has compiled for this one."""
+    """Add the number of kernels compiled by a helper process to the count of this process."""
     global _made
     _made += kernels

@@ -1,7 +1,7 @@
 """Modules that are imported at their first use, so that reading the vocabulary does not import numpy.
 
-The module of a scene word contains both its class and its numerical methods. `dsl check` and `dsl explain` need only
-the classes.
+The module of a word of the scene language contains both its class and its numerical methods. `dsl check` and `dsl
+explain` need only the classes.
 """
 
 from __future__ import annotations

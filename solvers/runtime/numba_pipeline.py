@@ -1,8 +1,8 @@
-"""Shortened numba compiler pipeline: two thirds of numba's passes, those that our kernels need.
+"""Shortened numba compiler pipeline: two thirds of numba's passes, those that the project's kernels need.
 
 The pipeline omits the passes for closures, `with` blocks, whole-array expressions, literal arguments and inlined
 functions. Kernels contain none of these, and each pass visits all code of a kernel. The result type of an operation is
-inferred once for all operands of the same types. numba itself tries all its array rules at every operation.
+inferred once for all operands of the same types, whereas numba tries all its array rules at every operation.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 from numba.core import compiler, compiler_machinery, typed_passes, types, untyped_passes
 
-machinery: Any = compiler_machinery  # without types of their own
+machinery: Any = compiler_machinery  # numba has no type annotations
 typed: Any = typed_passes
 early: Any = untyped_passes
 
@@ -23,9 +23,9 @@ class CachedTypeInference(typed_passes.NopythonTypeInference):
     _name = "types"
 
     def run_pass(self, state: Any) -> bool:
-        """Infer the types of one kernel with a cache of its own.
+        """Infer the types of one kernel; results for functions of numbers are cached for this kernel.
 
-        Kernels that it calls are compiled meanwhile, with their own caches.
+        Kernels that it calls are compiled meanwhile, each with its own cache.
         """
         context, known = state.typingctx, {}
         resolve, before = context.resolve_function_type, vars(context).get("resolve_function_type")
@@ -52,8 +52,8 @@ ORDER = (
     early.TranslateByteCode,
     early.FixupArgs,
     early.IRProcessing,
-    early.RewriteSemanticConstants,  # `x is None` is known, ...
-    early.DeadBranchPrune,  # ... and excluded branches are removed
+    early.RewriteSemanticConstants,  # evaluates `x is None` ...
+    early.DeadBranchPrune,  # ... and removes the excluded branch
     early.GenericRewrites,
     early.ReconstructSSA,
     CachedTypeInference,

@@ -1,8 +1,8 @@
 """Parallel compilation of kernels in a second process, since numba compiles only one at a time in each process.
 
-The helper process saves its kernels on disk, where this process finds them. Kernels that it has not compiled are
-compiled in this process, so the helper affects only the time, not the results. It is started once, if no kernel of this
-version is on disk.
+The second process, the helper, saves its kernels on disk, where this process finds them. Kernels that it has not
+compiled are compiled in this process, so the helper affects only the time, not the results. It is started once, if no
+kernel of this version is on disk.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from subprocess import Popen
 
-PATIENCE = 120.0  # s to wait for the other process when all is compiled here
+PATIENCE = 120.0  # s: longest wait for the helper after this process has finished
 _asked = False
 
 
@@ -33,9 +33,10 @@ def allow_helper(wanted: bool) -> Iterator[None]:
 
 @contextmanager
 def helper_process(code: str) -> Iterator[None]:
-    """Run Python code in a helper process during the block, if a helper is useful, and wait for it at the end.
+    """Run Python code in a helper process while the block runs, and wait for it at the end.
 
-    The code prints the number of kernels that it compiled. If the block fails, the helper is terminated.
+    No helper is started if it is not allowed or would not be useful. The code prints the number of kernels that it
+    compiled. If the block fails, the helper is terminated.
     """
     helper = _start_helper(code) if _asked and _is_helper_useful() else None
     try:
@@ -54,7 +55,7 @@ def count_processors() -> int:
 
 
 def _is_helper_useful() -> bool:
-    """Return whether there is a second processor, a Python executable to start, and a usable cache folder."""
+    """Return whether a helper can save time: a second processor, a Python executable, and a writable cache folder."""
     from softmark.solvers.runtime import kernel_cache
 
     startable = bool(sys.executable) and not getattr(sys, "frozen", False)
@@ -62,7 +63,7 @@ def _is_helper_useful() -> bool:
 
 
 def _start_helper(code: str) -> Popen[str] | None:
-    """Return a helper process that runs Python code, None if it cannot be started.
+    """Return a helper process that runs Python code; None if it cannot be started.
 
     The helper imports nothing from the working folder.
     """

@@ -1,4 +1,4 @@
-"""Functions of a number or an array, so that a formula is written once for both.
+"""Mathematical functions of a number or an array, so that a formula is written once for both.
 
 For a `float` they call `math`, about twenty times as fast as numpy with an array of one number; for arrays they call
 numpy. Outside their domain they return inf or NaN as numpy does, and raise nothing.
@@ -72,5 +72,5 @@ def where(condition: Any, one: T, other: Any) -> T:
 
 
 def like(x: Any, value: Any) -> Any:
-    """Return a value repeated to the shape of `x`."""
+    """Return `value` itself if `x` is a number, else an array of the shape of `x` filled with it."""
     return value if type(x) is float else np.full_like(x, value)

@@ -1,4 +1,4 @@
-"""Import of one compiled scipy module without its package.
+"""Import of one compiled scipy module without the package that contains it.
 
 `scipy.linalg` takes 0.1 s to import, its BLAS module alone 4 ms.
 """
@@ -16,10 +16,10 @@ import scipy
 
 
 def import_submodule(name: str) -> ModuleType:
-    """Return the module `scipy.PACKAGE.NAME`, which a later import of the package reuses.
+    """Return the compiled module with the full `name` scipy.PACKAGE.NAME, imported without its package.
 
-    The module must not depend on its package. If its file is elsewhere in another version of scipy, it is imported
-    normally, with the package.
+    A later import of the package reuses it. The module must not depend on its package. If its file is elsewhere in
+    another version of scipy, it is imported normally, with the package.
     """
     if name in sys.modules:
         return sys.modules[name]

@@ -9,11 +9,10 @@ from functools import cache
 
 
 class SingleThread:
-    """Context manager that limits OpenBLAS to one thread in the whole process, while any block `with ALONE` runs.
+    """Context manager that limits OpenBLAS to one thread in the whole process while any `with ALONE` block runs.
 
     Frontal matrices (the dense blocks of a sparse factorisation) are too small for more: on two processors a second
-    thread
-    triples the time, most of it spent waiting. BLAS libraries other than OpenBLAS have no such setting and are
+    thread triples the time, most of it spent waiting. BLAS libraries other than OpenBLAS have no such setting and are
     unaffected.
     """
 
@@ -46,7 +45,7 @@ def _blas_thread_functions() -> tuple[Callable[[], int], Callable[[int], object]
     """Return the functions of the BLAS library that read and set its number of threads."""
     from softmark.solvers.runtime.scipy_submodules import import_submodule
 
-    library = ctypes.CDLL(import_submodule("scipy.linalg.cython_blas").__file__)  # finds what the module is linked with
+    library = ctypes.CDLL(import_submodule("scipy.linalg.cython_blas").__file__)  # also finds the library linked to it
     for prefix in ("scipy_openblas", "openblas"):
         try:
             get, put = (getattr(library, f"{prefix}_{verb}_num_threads") for verb in ("get", "set"))

@@ -54,7 +54,7 @@ class BandedCholesky:
 
 @dataclass(frozen=True)
 class _Band:
-    """Band storage of a sparsity pattern: for each position in the band, the number of its matrix entry."""
+    """Band storage of a sparsity pattern: its `shape`, and the number of a matrix entry for each band position."""
 
     shape: tuple[int, int]  # (n, diagonals)
     entries: NDArray[Any]  # number of the matrix entry at each band position, column by column; nnz if none
@@ -84,7 +84,7 @@ def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
 
 
 def _cached_band(K: sparse.csr_matrix) -> _Band | None:
-    """Return the cached band of the pattern of K.
+    """Return the cached band storage of the pattern of K; None if a banded factor is not worthwhile.
 
     A pattern is identified by its two arrays, as in `linear.symbolic_cache`.
     """
@@ -99,9 +99,10 @@ def _cached_band(K: sparse.csr_matrix) -> _Band | None:
 
 
 def _find_band(K: sparse.csr_matrix) -> _Band | None:
-    """Return the band of the pattern of K, or None if a banded factor is not worthwhile.
+    """Return the band storage of the pattern of K; None if a banded factor is not worthwhile.
 
-    This is so if the band is wide, has as many entries as the matrix itself, or the pattern has duplicate entries.
+    It is not worthwhile if the band is wide or has at least as many entries as the matrix, or if the pattern has
+    duplicate entries.
     """
     n, columns = K.shape[0], K.indices.astype(np.int64)
     rows = np.repeat(np.arange(n), np.diff(K.indptr))

@@ -13,7 +13,7 @@ from softmark.solvers.energies.energy import Floats
 def conjugate_gradients(
     K: sparse.csr_matrix, b: Floats, precondition: Callable[[Floats], Floats], goal: float, budget: int
 ) -> tuple[Floats, int, bool]:
-    """Solve K x = b: return x, the number of iterations, and whether |b - K x| <= `goal` was reached.
+    """Return the solution x of K x = b, the number of iterations, and whether |b - K x| <= `goal` was reached.
 
     `precondition` applies the preconditioner to a residual; `budget` is the largest number of iterations. Iterations
     stop early if K or the preconditioner has a curvature that is not positive.

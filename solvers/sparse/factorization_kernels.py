@@ -14,7 +14,7 @@ Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
 Shorts = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
-Values = NDArray[Any]  # of float32 or float64
+Values = NDArray[Any]  # float32 or float64
 Floats = NDArray[np.float64]
 BLOCK = 48  # columns that are factorised at a time without BLAS
 
@@ -31,10 +31,10 @@ def factorise(
     L[panel[s]:], stored column by column. Its update matrix, the lower triangle of the Schur complement, is at
     U[update[s]:]. Positions are unsigned integers, because signed indices would be tested for being negative.
 
-    With `signs` (n,) the factorisation is K = L S L^T, S = diag(+-1), in the same order. It starts at front `begin`,
-    where the factorisation without signs stopped. S is written to `signs` and the pivots to `values` (n,). `work` has
-    room for BLOCK columns, or for all columns below the pivots, of every front. If `signs` is None, this branch is not
-    compiled.
+    If `signs` (n,) is given, the factorisation is K = L S L^T, S = diag(+-1), in the same order. It starts at front
+    `begin`, where the factorisation without signs stopped. S is written to `signs` and the pivots to `values` (n,).
+    `work` has room for BLOCK columns, or for all columns below the pivots, of every front. If `signs` is None, this
+    branch is not compiled.
     """
     for s in range(begin, len(pivots)):
         k, n, p = pivots[s], rows[s], panel[s]
@@ -172,10 +172,11 @@ def _add_update_matrix(
     base: int,
     height: int,
 ) -> None:
-    """Add a child's update matrix to the columns `lowest` to `highest` - 1 of its parent's front.
+    """Add the update matrix of a child front to the columns `lowest` to `highest` - 1 of its parent's front.
 
-    `local` are the rows of the child's entries in the parent's front. If `lowest` > 0, the target array holds only the
-    rows of the parent's front from `lowest` on; else it holds all rows.
+    `U` holds it from the position `source`, with m rows. `local`, from the position `start`, are the rows of the
+    child's entries in the parent's front. The columns are written to `target` from the position `base`, with `height`
+    rows. If `lowest` > 0, `target` holds only the rows of the parent's front from `lowest` on, else all rows.
     """
     first = 0
     while first < m and local[start + first] < lowest:
@@ -207,7 +208,7 @@ def substitute(
     reals: Values,
     signs: Values,
 ) -> None:
-    """Solve with the factor in place: x <- (L L^T)^-1 x, with x in elimination order.
+    """Solve with the factor L in place: x becomes (L L^T)^-1 x, with x in elimination order.
 
     If `signs` has n entries instead of none, the factor is L S L^T.
     """

@@ -17,11 +17,11 @@ Entries = NDArray[np.int32] | NDArray[np.int64]  # indices of a CSR pattern
 def build_elimination_tree(
     indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints, lists: Ints
 ) -> None:  # fmt: skip
-    """Compute the elimination tree of a graph and the column counts of its Cholesky factor.
+    """Compute the elimination tree of a graph and the column counts of its Cholesky factor, in the given arrays.
 
     `order` (n,) is replaced by a postorder of the tree, `parent` receives the parent of each node, and `counts` the
     entries in each column of the factor. Counts include the diagonal and are weighted by the number of unknowns of each
-    node. `lists` (11, n), filled with -1, is work memory.
+    node, `weights`. `lists` (11, n), filled with -1, is work memory.
     Source: Liu (1990) for the tree; Gilbert, Ng and Peyton (1994) for the counts.
     """
     n = len(order)
@@ -108,7 +108,7 @@ def merge_supernodes(parent: Ints, counts: Ints, weights: Ints, columns_up_to: I
     """
     n, relaxed = len(parent), list(zip(columns_up_to.tolist(), shares.tolist(), strict=True))
     only = np.bincount(parent[parent >= 0], minlength=n) == 1
-    same = np.zeros(n, dtype=np.bool_)  # True if the structure equals that of the column before, its only child
+    same = np.zeros(n, dtype=np.bool_)  # True if a column has the structure of the previous column, its only child
     same[1:] = only[1:] & (parent[:-1] == np.arange(1, n)) & (counts[:-1] == counts[1:] + weights[:-1])
     parents, fundamental = parent.tolist(), same.tolist()
     fronts: list[tuple[int, int, int, int]] = []  # first node, columns, rows below the pivots, explicit zeros
@@ -223,10 +223,10 @@ def place_update_matrices(parents: Ints, sizes: Ints, update: Ints) -> int:
 
 @maker
 def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints) -> int:
-    """Compute a nested dissection of a graph by planes; separators come last in `order` (n,).
+    """Compute a nested dissection of a graph by planes, with separators last in `order` (n,).
 
     Each part of more than `leaf` nodes is cut normal to one of the axes or to its longest direction, whichever gives
-    the smallest separator. Return the number of nodes in no separator; these come first, unordered.
+    the smallest separator. Return the number of nodes in no separator; these come first in `order`, unordered.
     Source: George (1973); Heath and Raghavan (1995).
     """
     n = len(order)
@@ -284,8 +284,8 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
 def _find_best_separator(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
     """Return the best cut of the nodes `by` (size,), which are sorted along one direction.
 
-    The result is the number of nodes before the cut, whether the separator lies behind the cut, and the cost: the size
-    of the separator, increased if the two parts differ in size.
+    The result is the number of nodes before the cut, whether the separator lies behind the cut, and the cost. The cost
+    is the size of the separator, increased if the two parts differ in size.
     """
     size = len(by)
     reach = np.zeros((2, size + 2), np.int64)
@@ -319,7 +319,7 @@ def _find_best_separator(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> t
 
 @maker
 def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
-    """Return the coordinates of the points of a part along an axis."""
+    """Return the coordinates of the points with the numbers `part` (k,) along the vector `axis` (3,)."""
     t = np.empty(len(part))
     for k in range(len(part)):
         t[k] = points[part[k], 0] * axis[0] + points[part[k], 1] * axis[1] + points[part[k], 2] * axis[2]
@@ -328,9 +328,9 @@ def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
 
 @maker
 def _cut_directions(points: Floats, part: Ints) -> Floats:
-    """Return the directions for cutting a part, shape (4, 3): x, y, z and the longest direction of its points.
+    """Return four directions for cutting the points with the numbers `part`, shape (4, 3).
 
-    The longest direction is found by power iteration.
+    These are x, y, z and the longest direction of the points, found by power iteration.
     """
     middle, spread = np.zeros(3), np.zeros((3, 3))
     for i in part:

@@ -74,7 +74,7 @@ class Multigrid:
 
 
 def _to_node_blocks(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
-    """Return K in 3 x 3 blocks, one for each pair of nodes; K itself if some nodes are only partly fixed."""
+    """Return K in 3 x 3 blocks, one for each pair of nodes; K unchanged if some nodes are only partly fixed."""
     if K.shape[0] % 3 or np.any(np.diff(K.indptr[::3]) % 9):
         return K
     blocks = K.tobsr((3, 3))

@@ -22,9 +22,9 @@ DROP = {"ILU_DropTol": 1.0, "ILU_FillFactor": 1.0, "ILU_DropRule": "basic"}
 def minimum_degree_orders(indptr: Ints, indices: Ints) -> list[Ints]:
     """Return two minimum-degree orders (n,) of the nodes of a symmetric graph without loops.
 
-    Among nodes of equal degree the first is eliminated, and this choice affects the number of operations by a third.
-    One order uses the given numbering, which is better for lattices; the other a random numbering, which is better for
-    tetrahedra.
+    Among nodes of equal degree the first in a numbering is eliminated, and this choice affects the number of operations
+    by a third. One order uses the given numbering, which is better for lattices. The other uses a random numbering,
+    which is better for tetrahedra.
     """
     graph = _graph_matrix(indptr, indices)
     return [minimum_degree(graph, np.arange(graph.shape[0])), minimum_degree(graph, _random_numbering(graph))]

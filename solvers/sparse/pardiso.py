@@ -41,7 +41,7 @@ def missing_reason() -> str:
     """Return why the installed package pypardiso cannot be used; "" if it can."""
     try:
         _pardiso_function()
-    except (ImportError, OSError, AttributeError) as error:  # from the import, the library, the routine
+    except (ImportError, OSError, AttributeError) as error:  # of the import, the library, the routine
         return str(error).partition(". ")[0].rstrip(".") or type(error).__name__
     return ""
 
@@ -124,7 +124,7 @@ class Pardiso:
             self._run_phase(phase, np.zeros(self._n))
 
     def _run_phase(self, phase: int, b: Floats) -> Floats:
-        """Run one phase of the library, and return x."""
+        """Run one phase of the library with the right-hand side b, and return the solution x."""
         b = np.ascontiguousarray(b, dtype=self._real)
         x = np.zeros_like(b)
         _call_pardiso(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)

@@ -12,10 +12,10 @@ Modes = Floats | Callable[[], Floats | None] | None  # (n, 6) modes of the unkno
 
 
 def rigid_motions(points: Floats, free: Ints) -> Floats:
-    """Return the rigid body modes of points, shape (free, 6): three translations, then three rotations.
+    """Return the rigid body modes of points, shape (f, 6): three translations, then three rotations.
 
-    `points` (n, 3) are the positions, and `free` (free,) the unknowns to keep, out of 3 n. Rotations are about the
-    centre of the points and are divided by the size of the body, so that all columns have similar magnitude.
+    `points` (n, 3) are the positions, and `free` (f,) the unknowns to keep, out of 3 n. Rotations are about the centre
+    of the points and are divided by the size of the body, so that all columns have similar magnitude.
     """
     x = points - points.mean(axis=0)
     x /= max(float(np.abs(x).max(initial=0.0)), np.finfo(float).tiny)
@@ -29,11 +29,11 @@ def rigid_motions(points: Floats, free: Ints) -> Floats:
 
 
 def positions_from_modes(motions: Floats, start: Ints) -> Floats:
-    """Return the positions of nodes (g, 3), relative to the centre, from their rigid body modes.
+    """Return the positions of nodes (g, 3), relative to the centre and scaled, from their rigid body modes.
 
-    `motions` (n, 6) are the modes of the unknowns, and `start` (g + 1,) the first unknown of each node. An unknown
-    along one axis rotates with the two other coordinates of its node. If no unknown of a node determines a coordinate,
-    as when two axes are fixed, that coordinate is set to the centre's.
+    `motions` (n, 6) are the modes of the unknowns, and `start` (g + 1,) the first unknown of each node. The rotation
+    modes of an unknown along one axis contain the two other coordinates of its node. If no unknown of a node determines
+    a coordinate, as when two axes are fixed, that coordinate is set to the centre's.
     """
     sums, known = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
     for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):

@@ -68,7 +68,7 @@ class Cholesky:
 
     @classmethod
     def of(cls, K: sparse.csr_matrix, precision: Precision = "double") -> Cholesky:
-        """Return the factor of one matrix. Raises Indefinite, and ValueError if the pattern is not symmetric."""
+        """Return the factor of the matrix K. Raises Indefinite, and ValueError if the pattern is not symmetric."""
         factor = cls(analyse(K), precision)
         factor.factorise(K.data)
         return factor
@@ -76,8 +76,9 @@ class Cholesky:
     def factorise(self, data: Floats, indefinite: bool = False) -> None:
         """Factorise the matrix with the entries `data` (nnz,). Raises Indefinite, also if an entry is not finite.
 
-        With `indefinite`, negative pivots are allowed and counted, and Indefinite is raised only for a vanishing pivot.
-        The elimination order does not change, so the accuracy of solutions must be checked.
+        If `indefinite` is True, negative pivots are allowed and counted, and Indefinite is raised only for a vanishing
+        pivot. The elimination order is then not adapted to the pivots, so the caller must check the accuracy of
+        solutions.
         """
         self._signs, self.negative_pivots = self._none, 0
         with ALONE:

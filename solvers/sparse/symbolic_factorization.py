@@ -1,4 +1,4 @@
-"""Symbolic factorisation from the sparsity pattern only: order, fronts, and positions of all entries."""
+"""Symbolic factorisation from the sparsity pattern only: elimination order, fronts, and positions of all entries."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Symbolic:
 def group_unknowns(K: sparse.csr_matrix) -> Ints:
     """Return the first unknown of each group of adjacent unknowns with equal pattern, shape (g + 1,).
 
-    Such a group usually is a node; the last entry is the number of unknowns.
+    Such a group usually belongs to one mesh node. The last entry is the number of unknowns.
     """
     salt = np.random.default_rng(1).integers(1, 2**62, K.shape[0], dtype=np.int64)
     digest = np.add.reduceat(salt[K.indices], K.indptr[:-1].astype(np.int64))
@@ -80,7 +80,10 @@ def has_symmetric_pattern(K: sparse.csr_matrix) -> bool:
 
 @dataclass(frozen=True)
 class FactorEstimate:
-    """Elimination order and elimination tree of the nodes, which determine the cost of a factor."""
+    """Elimination order and elimination tree of the g nodes of a matrix, from which the cost of a factor follows.
+
+    A node is a group of unknowns with equal pattern.
+    """
 
     start: Ints  # (g + 1,) first unknown of each node
     graph: tuple[Ints, Ints]  # indptr and indices of the nodes' graph
@@ -95,7 +98,7 @@ class FactorEstimate:
         return float(self.counts @ self.weights)
 
     def bytes(self, real: int) -> float:
-        """Return the memory of a factorisation, bytes: factor, explicit zeros and stack.
+        """Return the memory of a factorisation, bytes: factor, explicit zeros and stack of update matrices.
 
         `real` is the number of bytes of a floating-point number.
         """
@@ -134,7 +137,10 @@ def estimate_factor(K: sparse.csr_matrix, motions: Floats | None = None) -> Fact
 
 
 def _estimate_for_order(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> FactorEstimate:
-    """Return the elimination tree and the column counts for an elimination order."""
+    """Return the elimination tree and the column counts for the elimination order `order` of a graph's nodes.
+
+    `start` (g + 1,) is the first unknown of each node, and `weights` (g,) the number of its unknowns.
+    """
     parent, counts = np.empty_like(order), np.empty_like(order)
     multifrontal_symbolic.build_elimination_tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
     return FactorEstimate(start, graph, order, parent, counts, weights[order])

@@ -49,8 +49,8 @@ class PathLimit:
 class PathPoint:
     """Point of an equilibrium path: state x (dofs,), load factor, unit tangent and stability.
 
-    The tangent has a motion (dofs,) and a change of the load. `negative` is the number of negative eigenvalues of the
-    tangent stiffness, or None if unknown.
+    The unit tangent consists of a motion (dofs,) and a change of the load factor. `negative` is the number of negative
+    eigenvalues of the tangent stiffness, or None if unknown.
     """
 
     x: Floats
@@ -174,7 +174,7 @@ class PathFollower:
     def _newton_correction(
         self, x: Floats, load: float, g: Floats, tangent: tuple[Floats, float], missing: float
     ) -> tuple[Floats, float]:
-        """Return the Newton correction of state (dofs,) and load.
+        """Return the Newton correction of a state (dofs,) and of its load factor in the plane normal to `tangent`.
 
         It also adds the length `missing` along the tangent. g (dofs,) are the residual forces. Raises PathLost.
         """
@@ -382,7 +382,7 @@ class PathFollower:
     def _find_bifurcation_load(self, here: PathPoint, there: PathPoint, step: float) -> float:
         """Return the load factor of the first bifurcation between two points of the path. Raises PathLost.
 
-        The number of negative eigenvalues changes there; it is found by bisection.
+        The number of negative eigenvalues changes at the bifurcation, which is found by bisection.
         """
         low, high = (0.0, here), (step, there)
         while abs(high[1].load - low[1].load) > SHARP * abs(high[1].load) and high[0] - low[0] > 1e-6 * step:
@@ -394,7 +394,7 @@ class PathFollower:
     # ------------------------------------------------------------------ end of the path
 
     def _check_path_point(self, there: PathPoint) -> None:
-        """Raise NotConverged if the path at a point inverts cells, reverses the load, or leads too far from rest."""
+        """Raise NotConverged if the path at a point has inverted cells, a reversed load, or is too far from rest."""
         checks: tuple[tuple[bool, Callable[[], str]], ...] = (
             (not self.problem.sound(there.x), lambda: "where cells become inverted"),
             (there.load < BACK, lambda: "where the load changes sign"),

@@ -28,10 +28,10 @@ class PassedThrough(NotConverged):
 def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     """Return the equilibrium with positive gaps, by stiffer barriers and additional contact points.
 
-    `find` solves the problem for given barriers and points. The field `beside` of the result has the final contacts. In
-    its facts, `stiffened` is the factor of the barrier stiffness, and `joined` the number of added points with a
-    contact force. Added points start with the friction history of the last state, like all others. Raises NotConverged
-    if no equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
+    `find` solves the problem for given barriers and points. The field `beside` of the result holds the final rigid
+    contacts. In its facts, `stiffened` is the factor of the barrier stiffness, and `joined` the number of added points
+    with a contact force. Added points start with the friction history of the last state, like all others. Raises
+    NotConverged if no equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
     found, used = _stiffen_until_gaps_positive(problem, find)
     last, contacts = found, _rigid_contacts(used.assembly)

@@ -32,7 +32,7 @@ def ramp_barrier(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the frictionless equilibrium at a load factor, from x, by a stiffness ramp. Raises NotConverged."""
 
     def known(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
-        """Return the equilibrium of one barrier stiffness."""
+        """Return the equilibrium at one barrier stiffness; `before` is the assembly of the last one, if any."""
         return minimize_at_load(own, x, load, before is None)
 
     return solve_in_stiffness_steps(newton, x, load, (_initial_stiffness_fraction(newton.assembly), SOFT, 1.0), known)
@@ -106,7 +106,7 @@ def solver_for(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Ne
 
 
 def copy_result(newton: Newton, own: Newton) -> None:
-    """Copy the last factorisation and convergence criterion from the solver `own` to the solver `newton`."""
+    """Copy the last factorisation and the convergence criterion from one Newton solver, `own`, to another."""
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 

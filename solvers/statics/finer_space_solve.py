@@ -159,9 +159,9 @@ def _rayleigh_ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) ->
 
 
 def _is_next_step_short(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
-    """Return whether the next step, with the linear solver of the last, would be short compared with `size`, m.
+    """Return whether the next Newton step, with the last linear solver, would be short compared with `size`, m.
 
-    The energy would be no measure of this: the finer space first changes the volume of cells, which says little about
+    The energy is no measure of this, because the finer space first changes the volume of cells, which says little about
     bending.
     """
     next_step = solve(assembly.gradient(x, 1.0)[assembly.free])
@@ -184,7 +184,7 @@ def _newton_step(
 ) -> tuple[Floats, Solve]:
     """Return the Newton step of the free unknowns, and the linear solver used for it. Raises StateLost.
 
-    If the tangent is indefinite a definite approximation replaces it. g are the residual forces of the free unknowns.
+    g are the residual forces of the free unknowns. If the tangent is indefinite, a definite approximation replaces it.
     """
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")

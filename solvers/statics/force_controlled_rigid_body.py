@@ -44,9 +44,9 @@ Find = Callable[[Statics], Equilibrium]
 class ForceControl:
     """Rigid body that moves along one axis under a given force.
 
-    `along` is the number of the axis (x, y or z), `force` the force in this direction, N, and `begun` the travel, m, at
-    the start. `contacts` are the indices of the contacts of the body among the loads. `placed` returns a contact with
-    the body at a given travel, m, from its position without the force.
+    `along` is the number of the axis (x, y or z), `force` the force in this direction, N, and `begun` the travel at the
+    start, m. The travel is the displacement from the position without the force. `contacts` are the indices of the
+    body's contacts among the loads. `placed` is a function that returns a contact with the body at a given travel, m.
     """
 
     along: int
@@ -58,7 +58,7 @@ class ForceControl:
 
 @dataclass(frozen=True)
 class TravelPoint:
-    """Equilibrium at a travel d of the rigid body, m.
+    """Equilibrium `found` with the rigid body at a travel d, m.
 
     `push` is the force of the rigid body on the deformable body in the direction of travel, N.
     """
@@ -80,7 +80,7 @@ def solve_force_balance(problem: Statics, press: ForceControl, find: Find) -> Eq
 
 @dataclass(frozen=True)
 class TravelStiffness:
-    """Travel of the rigid body, and the stiffness there, N/m."""
+    """Equilibrium at a travel of the rigid body, and the derivative k of the contact force by the travel, N/m."""
 
     place: TravelPoint
     k: float
@@ -135,7 +135,7 @@ class _PositionSearch:
         return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._body_contacts(here.found)))
 
     def _next(self, here: TravelPoint, left: float, stiffness: float) -> float:
-        """Return the next travel by Newton's method, m, from the unbalanced force, N, and the stiffness, N/m.
+        """Return the next travel, m, by Newton's method from the unbalanced force `left`, N, and the stiffness, N/m.
 
         The step is at most GROWS times the present depth, and the result stays inside the bracket. If the given force
         is zero, the body also moves out of the barrier, where its force would otherwise decrease without end.
@@ -253,7 +253,7 @@ class _PositionSearch:
         raise NotConverged(f"nothing stops the rigid body: it moves on along {along}", self.history)
 
     def _snaps_through(self, here: TravelPoint) -> bool:
-        """Return whether the contact force falls somewhere on the way to a position, so that the body snaps through.
+        """Return whether the contact force falls between solved positions up to `here`, so that the body snaps through.
 
         Steps may jump over such a fall. So between two neighbouring positions the middle one is solved as well, unless
         the cubic through both forces and stiffnesses must be monotonic (Fritsch and Carlson 1980).

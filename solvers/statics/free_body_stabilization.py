@@ -35,7 +35,7 @@ def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equi
 
     The spring is the last energy of the problem, and `find` solves the problem with a given spring. In the facts of the
     result, `grounded` holds the spring force relative to the forces on the body, and the number of reference positions.
-    Raises NotConverged if no equilibrium is found, or contact does not come to carry the loads.
+    Raises NotConverged if no equilibrium is found, or if contact never balances the loads.
     """
     known: Any = problem.assembly.internal[-1]
     ground: StabilizationSpring = replace(known, place=problem.rest if problem.start is None else problem.start)
@@ -107,7 +107,10 @@ def _with_bodies_in_final_positions(assembly: Assembly) -> Assembly:
 
 
 def _failure_reason(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
-    """Return the reason why contact does not come to hold the body, as text."""
+    """Return the reason why contact does not hold the body, as text.
+
+    `borne` is the spring force relative to the forces on the body.
+    """
     each: list[Any] = [e for e in problem.assembly.loads if e.has_friction]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
         held = problem.fixed.size > 0 or any(

@@ -47,9 +47,10 @@ def is_applicable(drive: ImposedDeformation) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class PrincipalPoint:
-    """Isotropic law at one point, with the volume constraint of an incompressible solid.
+    """Isotropic law at one point, solved in principal stretches.
 
-    `law` is then its isochoric law; `constraint` is None for a compressible solid.
+    For an incompressible solid, `law` is its isochoric law and `constraint` its volume constraint. For a compressible
+    solid `constraint` is None.
     """
 
     law: Any  # a law with the method `principal`
@@ -312,7 +313,7 @@ class _PrincipalShear:
         return cls(a, b, g, ta, tb, d, (own[0], own[1], own[2]))
 
     def turned(self, tau: Sequence[float], bent: Rows) -> tuple[float, float, float]:
-        """Return the Kirchhoff stresses along a, along b, and the shear stress, Pa, from principal stresses tau, Pa.
+        """Return Kirchhoff stresses along the axes a and b, and the shear stress, Pa, from principal stresses tau.
 
         The stress has the principal axes of B = F F^T. `bent` are the derivatives of tau.
         """

@@ -64,7 +64,7 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
 
 
 def left_solution_branch(x: Floats, start: Floats, there: Floats) -> bool:
-    """Return whether Newton's method has left the solution branch in a load step.
+    """Return whether Newton's method has converged to another solution branch in a load step.
 
     This is so if the correction from the predicted state `start` to the result `there` is longer than the step of the
     supports from x to `start`.

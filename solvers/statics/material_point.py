@@ -45,9 +45,10 @@ FLAT = 1e-9  # of the stiffness at rest: lower stiffness is unstable
 
 @dataclass(frozen=True, eq=False)
 class MaterialPoint:
-    """Law at one point, with the volume constraint of an incompressible solid.
+    """Law at one point, from which homogeneous states are solved.
 
-    `law` is then its isochoric law; `constraint` is None for a compressible solid.
+    For an incompressible solid, `law` is its isochoric law and `constraint` its volume constraint. For a compressible
+    solid `constraint` is None.
     """
 
     law: Law
@@ -65,16 +66,16 @@ class MaterialPoint:
             return self._follow_from_rest(drive, iterations)
 
     def first_unstable_state(self, drive: ImposedDeformation) -> PointState:
-        """Return the first unstable state on the way from rest to an imposed deformation whose state is unstable.
+        """Return the first unstable state on the way from rest to an imposed deformation.
 
-        Raises NoState.
+        The state under the full imposed deformation must be unstable. Raises NoState.
         """
         return self._first_violating_state(drive, lambda found: found.freed > FLAT)
 
     def first_drucker_unstable_state(self, drive: ImposedDeformation) -> PointState:
-        """Return the first state on the way from rest that violates Drucker stability, if the final one does.
+        """Return the first state on the way from rest to an imposed deformation that violates Drucker stability.
 
-        Raises NoState.
+        The state under the full imposed deformation must violate it. Raises NoState.
         """
         return self._first_violating_state(drive, self.steady)
 

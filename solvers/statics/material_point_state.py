@@ -19,9 +19,9 @@ HELD = 1e-12  # of a volume: smaller imposed changes are zero
 
 
 class NoState(Exception):
-    """Raised if no state has the prescribed stresses.
+    """Error raised if no state has the prescribed stresses.
 
-    `share` is the fraction of the imposed values that was reached, with the stretches there.
+    `share` is the fraction of the imposed values that was reached, and `stretches` (3,) are those of the last state.
     """
 
     def __init__(self, share: float, stretches: Floats) -> None:
@@ -63,9 +63,9 @@ class PointState:
     """Homogeneous state: F (3, 3), nominal stress P (3, 3), Pa, energy density, J/m^3, and pressure, Pa.
 
     The energy is per reference volume, and the pressure is positive in tension. `residual` is the unbalanced stress
-    relative to the largest one. `held` is the least stiffness of the free axes. `freed` is the least stiffness if the
-    driven axes are also free, under their force. Both are relative to the stiffness at rest; a state is unstable if
-    they are not positive.
+    relative to the largest one. `held` is the least stiffness if only the free axes may stretch. `freed` is the least
+    stiffness if the driven axes may stretch too, under constant force. Both are relative to the stiffness at rest. A
+    state is unstable if they are not positive.
     """
 
     F: Floats

@@ -1,6 +1,7 @@
 """Perturbed states far from rest, to test recovery: scrambled, flattened, collapsed, inverted, spun.
 
-To add one: a function of a body and a random number generator, and one line in DISTURBANCES.
+To add a kind of perturbation, write a function of a body and a random number generator, and add one line to
+DISTURBANCES.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ class InstantLoading:
 class StateInTime:
     """State `x` (dofs,) at `time`, s, with the history variables of its energies, and works since the start, J.
 
-    `work` are the works of internal forces and of pumped fluid. `times` and `states` are those of all steps so far; a
-    jump of the loading has two entries.
+    `work` is that of internal forces and of prescribed pore pressures. `times` and `states` are those of all steps so
+    far; a jump of the loading has two entries.
     """
 
     x: Floats

@@ -102,7 +102,7 @@ class _Recovery:
             self.newton.towed = 1e-3 * self._unit_strain_force(problem.assembly) / RIGID
 
     def walk(self) -> Equilibrium:
-        """Return the recovered equilibrium: descend, check, repair bad cells, repeat. Raises NotConverged."""
+        """Return the recovered equilibrium: descend in energy, check and repair cells, repeat. Raises NotConverged."""
         x = self._initial_state()
         lawful = self.newton.minimizes_energy and self._has_finite_energy(x)
         doubt = "no energy minimization finished"

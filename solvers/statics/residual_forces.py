@@ -26,9 +26,10 @@ BALANCED = 1e-11  # of the largest force: smaller residuals are not corrected
 
 
 def resultant_on(points: Floats) -> Callable[[Floats], float]:
-    """Return a function that maps nodal forces (3 n,) to their resultant, N, for nodes at `points` (n, 3), m.
+    """Return a function that maps nodal forces (3 n,) to the size of their resultant, N.
 
-    The moment of the forces divided by the size of the body replaces the resultant if it is larger.
+    `points` (n, 3), m, are the nodes. The moment of the forces divided by the size of the body replaces the resultant
+    if it is larger.
     """
     arms = points - points.mean(axis=0)
     arms /= 2.0 * float(np.linalg.norm(arms, axis=1).max())

@@ -70,11 +70,11 @@ def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
 
 
 def linear_response(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
-    """Return x (dofs,) plus its first-order response to a change of forces (dofs,), N.
+    """Return the state x (dofs,) plus its first-order response to a change of forces (dofs,), N.
 
     The tangent is that of the assembly `before`; if it is singular, x is returned. The step is shortened so that no
-    surfaces meet and no points pass through a moving rigid body. Raises NotConverged if points would pass through one
-    for any step.
+    surfaces meet and no points pass through a moving rigid body. Raises NotConverged if points would pass through a
+    rigid body even in the shortest step.
     """
     d, free = np.zeros(before.dofs), before.free
     try:

@@ -1,8 +1,8 @@
-"""Substeps for rigid bodies that are thinner than their motion: each substep moves at most half of the thickness.
+"""Substeps for rigid bodies that are thinner than their motion: each moves a body by at most half its thickness.
 
-In one step such a body would pass through the surface, or end behind it where the nearest way out is sideways. Loads
-act in full in every substep. Rigid bodies and imposed displacements move in equal parts. The motion is not split with
-friction, where the path matters, or with rotating supports, where nodes move on circles.
+In one step such a body would pass through the surface, or end behind it where the nearest point outside is at its side.
+Loads act in full in every substep. Rigid bodies and imposed displacements move in equal parts. The motion is not split
+with friction, where the path matters, or with rotating supports, where nodes move on circles.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _rigid_contacts(problem: Statics) -> list[Any]:
 
 
 def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
-    """Return the problem with its rigid contacts replaced by `contacts`; rigid contacts are the last of its loads."""
+    """Return the problem with its rigid contacts, which are the last of its loads, replaced by `contacts`."""
 
     def each(assembly: Any) -> Any:
         """Return an assembly with its rigid contacts replaced by `contacts`."""

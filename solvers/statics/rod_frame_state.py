@@ -18,12 +18,12 @@ from softmark.solvers.linear.factorisations import Factor, factor
 
 @dataclass(frozen=True)
 class RodNetwork:
-    """State space of rods that share points: a state update changes stretch and shear only as the increment says.
+    """Configuration space of rods that share points, in which stretch and shear change exactly to first order.
 
     Nodes that move along straight lines while elements rotate would stretch the elements in second order, as for one
     rod in `rod_state.RodChain`. So the points are corrected such that the axes of elements are l R(new) (Gamma + dGamma
-    . d). The correction is found by least squares with weights 1 / l, and is exact for one rod. Where rods close a
-    loop, the misfit is distributed in proportion to length. Fixed components move only by d.
+    . d), with d the increment. The correction is found by least squares with weights 1 / l, and is exact for one rod.
+    Where rods close a loop, the misfit is distributed in proportion to length. Fixed components move only by d.
     """
 
     rest: Floats  # rest state of the nodes (n * 7,)
@@ -56,7 +56,7 @@ class RodNetwork:
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
-        """Return whether neighbouring nodes have rotated past each other between two states, as `rod_state.jumped`."""
+        """Return whether an element's relative rotation has changed by more than 180 degrees between two states."""
         return exceeds_half_turn(before, after, self.elements)
 
     @cached_property

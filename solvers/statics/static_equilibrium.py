@@ -201,7 +201,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
 
 
 def _move_given_start(newton: Newton) -> Floats:
-    """Return the given start state, moved with the supports. Raises NotConverged outside the domain of the law."""
+    """Return the given start state moved with the supports. Raises NotConverged outside the domain of the law."""
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
     if not np.all(np.isfinite(x)):
@@ -318,7 +318,7 @@ def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems
 def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
     """Return the equilibrium by the careful strategy: load steps are halved where they fail. Raises NotConverged.
 
-    `vain` is the number of iterations already spent in vain from rest to full load; this step is not tried again.
+    `vain` is the number of iterations of an earlier failed step from rest to full load; this step is not tried again.
     """
     newton = Newton(problem, history, systems, "careful")
     x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, vain or 0

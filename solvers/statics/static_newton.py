@@ -36,7 +36,7 @@ class Newton:
         self.phase = phase
         self.last: Factor | None = None
         self.matrix: Any = None  # matrix of the last factorisation
-        self.left: Floats | None = None  # unstable equilibrium from which `stable` continued
+        self.left: Floats | None = None  # unstable equilibrium that `stable` has left
         self.criterion: Criterion = "residual"
         self.eps = float(np.finfo(problem.rest.dtype).eps)
         self.moved = problem.travelled  # length of all steps so far
@@ -67,9 +67,9 @@ class Newton:
         return g, size / scale if scale > 0 else size
 
     def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
-        """Return x moved with the last `fraction` of the support motion up to the load factor `load`.
+        """Return x after the last `fraction` of the support motion up to the load factor `load`.
 
-        The body moves by its linear response.
+        The body moves by its linear response to the support motion.
         """
         if not self.problem.has_imposed_motion:
             return x
@@ -77,9 +77,9 @@ class Newton:
         return self._take_step(x, self._collision_free_motion(x, d, load - fraction, load), 1.0)
 
     def predict_equilibrium(self, x: Floats, fraction: float, load: float) -> Floats:
-        """Return an equilibrium x predicted for a load larger by `fraction`, with its tangent and predicted pressures.
+        """Return the state predicted from an equilibrium x at `load` for a load factor larger by `fraction`.
 
-        Raises NotConverged if the prediction leaves the domain of the law.
+        It also predicts pressures for the next tangent. Raises NotConverged if the state leaves the domain of the law.
         """
         if not (self.problem.has_imposed_motion or self.problem.may_contact):
             self._promised = None
@@ -87,7 +87,7 @@ class Newton:
         return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
 
     def follow(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
-        """Return x moved with support increments `moved` (c,) at a load factor. Raises NotConverged.
+        """Return x after support increments `moved` (c,) at a load factor, by linear response. Raises NotConverged.
 
         If another load factor `to` is given, rigid bodies and the surfaces in contact move to their positions there
         too.
@@ -210,7 +210,7 @@ class Newton:
             self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, None)
 
     def reset_predicted_pressures(self) -> None:
-        """Use zero pressures in the next step, because those of an interpolated state mean nothing."""
+        """Use zero pressures in the next step, because pressures of an interpolated state are meaningless."""
         if self.has_cell_energies:
             self._promised = self.pressure_predictor.with_zero_pressures(self.assembly)
 
@@ -300,7 +300,7 @@ class Newton:
         return size <= 4.0 * max(before, floor) and (self._close or size <= floor)
 
     def _mark_small_step(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
-        """Record whether the energy norm error, sqrt(-g . d), and the Newton step d are small."""
+        """Record whether the error in the energy norm, sqrt(-g . d), and the Newton step d are small."""
         close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
         tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
         definite = (close or tiny) and not projected and not self._is_tangent_indefinite()
@@ -417,9 +417,9 @@ class Newton:
         return found.negative_pivots == 0
 
     def stable(self, x: Floats) -> tuple[Floats, bool | None]:
-        """Return x or a stable equilibrium with less energy, and whether it is stable (None: unknown).
+        """Return x if it is stable, or else a stable equilibrium with less energy, and whether the result is stable.
 
-        Raises NotConverged.
+        The second result is None if the stability is unknown. Raises NotConverged.
         """
         for _ in range(5):
             definite = self.definite(x)

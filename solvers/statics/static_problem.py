@@ -92,7 +92,7 @@ class Equilibrium:
 
     @property
     def solved(self) -> bool:
-        """True if the state is an equilibrium to its tolerance or to rounding, not one at a cap."""
+        """True if the state is an equilibrium to its tolerance or to rounding; False if the solution ended at a cap."""
         return self.criterion != "cap"
 
 
@@ -101,13 +101,19 @@ class SupportPath(Protocol):
 
     @property
     def longest(self) -> float:
-        """Largest load step that keeps the path: a larger rotation might go the other way round."""
+        """Largest load step, as a fraction of full load, that keeps the sense of rotation.
+
+        A larger step might rotate a support the other way round.
+        """
 
     def at(self, share: float) -> Floats:
         """Return the imposed increments from rest (c,), m or rad, at a load fraction `share`."""
 
     def lost_turn_message(self, x: Floats, share: float) -> str | None:
-        """Return a message if a state does not show the whole turns of its supports; else None."""
+        """Return a message if whole rotations of the supports are missing in a state x; else None.
+
+        `share` is the load fraction of the state.
+        """
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ LOOSE = 1e-13  # of the stiffness: less is zero to rounding (slender parts have 
 
 @dataclass(frozen=True)
 class _PathState:
-    """Equilibrium of the path from rest, or (with `found` False) a state assumed to be its end."""
+    """State of the path from rest at a load factor; `found` is False if it is only assumed to be an equilibrium."""
 
     load: float
     x: Floats
@@ -127,7 +127,7 @@ def _extrapolate_critical_load(newton: Newton, low: _PathState, high: _PathState
 
 
 def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -> float | None:
-    """Return the least t in (0, 1) for which K + t (other - K) is singular; None if there is none.
+    """Return the least fraction t in (0, 1) for which K + t (other - K) is singular; None if there is none.
 
     K is positive definite, with the factorisation `factor`.
     """

@@ -88,9 +88,9 @@ def _find_cells_in_support(points: Floats, cells: Ints, grip: RotationSupport, r
 
 
 def _shortest_path_tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints]:
-    """Return, for each cell, the next cell on the shortest way to the cells `begin`, and the number of steps.
+    """Return, for each cell, the next cell on the shortest path to the cells `begin`, and the number of steps.
 
-    Both are -1 for cells without a way. Neighbouring cells share at least `shared` nodes.
+    Both are -1 for cells without a path. Neighbouring cells share at least `shared` nodes.
     """
     rows = np.repeat(np.arange(len(cells)), cells.shape[1])
     touches = sparse.csr_array((np.ones(cells.size, dtype=np.int64), (rows, cells.ravel())), (len(cells), nodes))

@@ -1,4 +1,4 @@
-"""Stress fields given by a formula, with the interface of recovered stress fields."""
+"""Stress fields given by a formula, with the interface of recovered stress fields (`stress_field.Stresses`)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ else:
 
 
 class AnalyticField:
-    """Base class of analytic stress fields.
+    """Base class of stress fields given by a formula.
 
-    It has trivial results for the members of `stress_field.Stresses` that concern differences between cells.
+    Members of `stress_field.Stresses` that concern cells have trivial results here, because there are no cells.
     """
 
     def at(self, X: Floats) -> Tensors:
@@ -38,21 +38,21 @@ class AnalyticField:
     spacing: float = math.inf  # m: there are no cells
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """Return an empty array (0, 3): there are no nodes."""
+        """Return an empty array (0, 3) of nodes with large values, because there are no nodes."""
         return np.zeros((0, 3))
 
     def shared(self, X: Floats) -> int:
-        """Return 0, the number of points with more than one stress."""
+        """Return 0, the number of points X (n, 3) at which several materials meet."""
         return 0
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return zeros (n,), Pa: there are no differences between cells."""
+        """Return zeros (n,), Pa, the differences of cell stresses from the recovered stress at points X (n, 3)."""
         none: Floats = np.zeros(len(X))
         return none
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return zeros (n,): there are no relative differences between cells."""
+        """Return zeros (n,), the relative differences of cell tensors from the recovered tensor at points X (n, 3)."""
         return self.unresolved(X)
 
     def sampled(self) -> None:
-        """Do nothing: the field is known everywhere."""
+        """Do nothing, since a formula can be evaluated everywhere."""

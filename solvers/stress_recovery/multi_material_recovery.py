@@ -1,8 +1,8 @@
 """Stress and strain of a solid of several materials, recovered separately in the cells of each material.
 
 Stress and strain jump where two materials meet, and a polynomial over cells of both would smooth the jump. A point on
-an interface has a stress on each side (`sides`). Pictures and files, with one value per point (`at`), use the side with
-the larger stress.
+an interface has a stress on each side (method `sides`). Pictures and files need one value per point (method `at`) and
+use the side with the larger stress.
 """
 
 from __future__ import annotations
@@ -31,16 +31,17 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
 
 ASIDE = 1e-4  # relative to a piece of a line: distance from its ends at which its material is evaluated
-HALVED = 40  # times: a crossing is then known to 1e-12 of the line
+HALVED = 40  # number of bisections: a crossing is then known to 1e-12 of the line
 EDGE = 1e-9  # relative to a triangle or a line: tolerance at its edge
-AT = 1e-9  # a shape function below it is zero: the point lies on a face of its cell, on which the function is
+AT = 1e-9  # smaller shape functions count as zero: the point then lies on a face of its cell
 
 
 @dataclass(frozen=True)
 class MultiMaterialStresses(Stresses):
     """Stress field of a solid of several materials, with one recovered field for the cells of each material.
 
-    All fields share the nodes of the mesh; `state` is that of all cells.
+    All fields share the nodes of the mesh. `state` is the deformed state of the whole mesh, and `each` has the field of
+    each material.
     """
 
     each: tuple[Stresses, ...] = ()
@@ -58,7 +59,7 @@ class MultiMaterialStresses(Stresses):
         return MultiMaterialStresses(state, tuple(found))
 
     def values(self, X: Floats) -> Floats:
-        """Return the values of `Stresses.values` at points X (n, 3), m.
+        """Return the 22 recovered values (n, 22) at points X (n, 3), m, as `Stresses.values`.
 
         At points on interfaces they are those of the side with the larger stress.
         """
@@ -73,7 +74,10 @@ class MultiMaterialStresses(Stresses):
         return found
 
     def sides(self, X: Floats) -> TensorsBySide:
-        """Return stress and deformation at points X (n, 3), m, for each material there: several on an interface."""
+        """Return stress and deformation at points X (n, 3), m, with a row for each material at a point.
+
+        Points on an interface have several rows.
+        """
         rows, numbers, values = [], [], []
         for number, own, here in self._materials_with_points(X):
             rows.append(here)
@@ -98,12 +102,16 @@ class MultiMaterialStresses(Stresses):
     def _interface_triangles(self) -> Floats:
         """Triangles (t, 3, 3), m, of the facets that bound the cells of each material.
 
-        They include the boundary of the body, which no line inside crosses.
+        They include the boundary of the body, which a line inside the body does not cross.
         """
         return np.concatenate([own.state.mesh.points[own.state.mesh.faces] for own in self.each])
 
     def _bisect_crossings(self, t: Floats, begin: Floats, end: Floats) -> Floats:
-        """Return the sorted fractions t (k,) of a line, with more material changes between them found by bisection."""
+        """Return the sorted fractions `t` (k,) of a line, with further material changes between them.
+
+        `t` are the crossings found so far, with both ends. Where the material differs between the ends of an interval,
+        the change is found by bisection.
+        """
         width = np.diff(t)
         low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
         first, last = (self._first_material(begin + s[:, None] * (end - begin)) for s in (low, high))
@@ -118,19 +126,22 @@ class MultiMaterialStresses(Stresses):
         return np.unique(np.concatenate([t, 0.5 * (low + high)]))
 
     def _first_material(self, X: Floats) -> Ints:
-        """Return the number of the first material at each point X (n, 3), m, shape (n,)."""
+        """Return the lowest number of a material at each point X (n, 3), m, shape (n,)."""
         found = np.full(len(X), len(self.each), dtype=np.int64)
         for number, _, here in self._materials_with_points(X):
             found[here] = np.minimum(found[here], number)
         return found
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """Return the nodes (n, 3), m, of the cells with the largest values in each material, as `Stresses.peaks`."""
+        """Return the nodes (k, 3), m, of the cells in which the scalar `number` is largest, for each material.
+
+        The arguments are those of `Stresses.peaks`.
+        """
         found = np.concatenate([own.peaks(number, chosen) for own in self.each])
         return found if not surface else self._on_boundary(found)
 
     def values_at_nodes(self) -> Floats:
-        """Return the values of `Stresses.values` at nodes.
+        """Return the 22 recovered values (nodes, 22) at every node, as `Stresses.values_at_nodes`.
 
         At nodes on interfaces they are those of the side with the larger stress.
         """
@@ -140,13 +151,17 @@ class MultiMaterialStresses(Stresses):
         return picked
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
+        """Return how far cell stresses around points X (n, 3), m, differ from the recovered stress, (n,), Pa.
+
+        At an interface it is the largest difference of all sides.
+        """
         return self._largest_over_materials(X, lambda own, here: own.unresolved(here))
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return the largest relative difference (n,) of cells of one material around points X (n, 3), m.
+        """Return the relative difference (n,) between cell tensors around points X (n, 3), m, and recovered tensors.
 
-        See `Stresses.disagreement`.
+        At an interface it is the largest difference of all sides. `of` selects the tensor, as in
+        `Stresses.disagreement`.
         """
         return self._largest_over_materials(X, lambda own, here: own.disagreement(here, of))
 
@@ -168,13 +183,13 @@ class MultiMaterialStresses(Stresses):
         return int((count > 1).sum())
 
     def sampled(self) -> None:
-        """Compute the stress in every cell once. Raises StressUnavailable if that is impossible."""
+        """Compute the stress in every cell once. Raises StressUnavailable if it is not available or not finite."""
         for own in self.each:
             own.sampled()
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Return root mean squares over the body of the norms of stress, Pa, strain, and deviatoric stress, Pa."""
+        """Typical norms: root mean squares over the body of stress, Pa, strain, and deviatoric stress, Pa."""
         sizes = np.array([float(np.abs(own.state.mesh.volumes).sum()) for own in self.each])
         squares = np.array([own.usual for own in self.each]) ** 2
         stress, strain, shape = np.sqrt(sizes @ squares / sizes.sum()).tolist()
@@ -186,9 +201,9 @@ class MultiMaterialStresses(Stresses):
         return MultiMaterialStresses(replace(self.state, u=self.state.u + step), moved)
 
     def _materials_with_points(self, X: Floats) -> Iterator[tuple[int, Stresses, Ints]]:
-        """Yield the number of each material, its stress field, and the indices of the points X (n, 3) that it has.
+        """Yield the number and the stress field of each material, and the indices of the points X (n, 3) in it.
 
-        These are the points in its cells or nearest to them. The result for each X is cached.
+        Points outside the mesh belong to the nearest cell. The result for each X is cached.
         """
         key = X.tobytes()
         if key not in self._material_mask_cache:
@@ -199,7 +214,7 @@ class MultiMaterialStresses(Stresses):
 
     @cached_property
     def _material_mask_cache(self) -> dict[bytes, Bools]:
-        """Cache of the materials of points."""
+        """Cache of `_material_mask` by the bytes of the points."""
         return {}
 
     @cached_property
@@ -211,10 +226,10 @@ class MultiMaterialStresses(Stresses):
         return found
 
     def _material_mask(self, X: Floats) -> Bools:
-        """Return a mask (r, n) of the materials at points X (n, 3): those of all cells that contain a point.
+        """Return a mask (r, n) of the r materials at points X (n, 3), m: those of all cells that contain a point.
 
-        If a point lies on a face, an edge or a corner of its cell, all shape functions except those of the nodes there
-        are zero; the materials of the cells with these nodes meet at the point.
+        If a point lies on a face, an edge or a corner of its cell, only the shape functions of the nodes there are not
+        zero. The materials of the cells with these nodes meet at the point.
         """
         where = locate_points(self.state.mesh, X)
         found = np.stack([is_known_row(own.state.mesh.cells, where.nodes) for own in self.each])
@@ -226,7 +241,7 @@ class MultiMaterialStresses(Stresses):
             for row, own in zip(found, self.each, strict=True):
                 row[point] |= bool(np.isin(own.state.mesh.cells, nodes).sum(axis=1).max() == len(nodes))
         for own, row, here in zip(self.each, found, alone, strict=True):
-            if row.any() and (row == here).all():  # its cells have all of these points: they need not be found again
+            if row.any() and (row == here).all():  # all locations are in cells of this material
                 cache_locations(
                     own.state.mesh, X[row], PointLocations(where.nodes[row], where.N[row], where.outside[row])
                 )
@@ -234,7 +249,7 @@ class MultiMaterialStresses(Stresses):
 
 
 def _stress_norm(values: Floats) -> Floats:
-    """Return the norm of the stress (n,), Pa; less than any norm at nodes outside a material."""
+    """Return the norm of the stress (n,), Pa, of recovered values (n, 22); -1 where a material has no value."""
     norm = tensor_norm(values[:, :6])
     return np.where(np.isnan(norm), -1.0, norm)
 

@@ -1,9 +1,9 @@
 """Patch recovery: nodal values from polynomials fitted to values at sampling points of the surrounding cells.
 
 Around every corner of the mesh a polynomial of the element's order is fitted, by weighted least squares, to the values
-at the sampling points of the cells around this corner (its patch). Values at midside nodes are means of those of the
-adjacent corners. At the surface all cells around a corner lie on one side of it, so the patch also includes the cells
-around their corners.
+at the sampling points of the cells around this corner (its patch). Values at midside nodes are means of the adjacent
+corners' values. At the surface all cells around a corner lie on one side of it, so the patch also includes the cells
+around the corners of these cells.
 
 Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1,
 International Journal for Numerical Methods in Engineering 33:1331.
@@ -23,23 +23,23 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.stress_recovery.sampling_point_stress import superconvergent_points
 
 PAIRS = 20_000  # pairs of a corner and a cell processed at once
-ENOUGH = 3.5  # sampling points for each coefficient that leave the patch of a corner on the surface as it is
-NEAR = 2.0  # cells count by exp(-NEAR r^2), r their distance as a part of the patch: the nearest most
+ENOUGH = 3.5  # sampling points per coefficient: with fewer, the patch of a corner on the surface is widened
+NEAR = 2.0  # weight of sampling points: exp(-NEAR r^2), with r their distance relative to the patch
 SPECK = 1e-16  # relative to the trace: shift that makes matrices regular
 FLAT = (
-    1e-8  # of the largest eigenvalue of a patch's normal equations: with less, its points lie in a plane, or a surface
+    1e-8  # relative to the largest eigenvalue of a patch: smaller ones mean that its points lie in a plane or a surface
 )
 
 Sample = Callable[[Rule], tuple[Floats, Floats]]  # points (m, q, 3) and values there (m, q, k)
 
 
 class PatchRecovery:
-    """Recovered nodal values, computed from values at sampling points on request, once for each node.
+    """Recovered nodal values of k quantities, computed from values at sampling points on request.
 
-    `sample` returns positions and values for a quadrature rule. It is called with the superconvergent points of the
-    element, or with its own rule if those points do not determine a polynomial, as in a body that is one linear
-    hexahedron thick. In a `plane` model nothing varies along z, and polynomials are functions of x and y, for any
-    thickness.
+    `sample` returns positions (m, q, 3), m, and values (m, q, k) at the points of a quadrature rule. It is called with
+    the superconvergent points of the element. If those points do not determine a polynomial, as in a body that is one
+    linear hexahedron thick, it is called with the element's integration points. In a `plane` model nothing varies along
+    z, and polynomials are functions of x and y, for any thickness.
     """
 
     def __init__(self, mesh: Mesh, sample: Sample, plane: bool = False) -> None:
@@ -49,7 +49,7 @@ class PatchRecovery:
             self._exponents = self._exponents[self._exponents[:, 2] == 0]
         self._fits: dict[
             int, tuple[Floats, Floats, float]
-        ] = {}  # by corner: coefficients (c, k), middle (3,) and scale, m
+        ] = {}  # by corner: coefficients (c, k), middle (3,), m, and scale, m
         self._left: dict[int, Floats] = {}  # by corner: mean-square residual of the fit (k,)
         self._nodal: dict[int, Floats] = {}
 
@@ -70,7 +70,11 @@ class PatchRecovery:
         return np.sqrt(self._interpolate_nodal_values(nodes, N, self._squared_residuals))
 
     def _interpolate_nodal_values(self, nodes: Ints, N: Floats, of: Callable[[Ints], Floats]) -> Floats:
-        """Return nodal values of a function `of` node numbers, interpolated with shape functions N (n, a): (n, k)."""
+        """Return values (n, k) at n points, interpolated from nodal values.
+
+        `nodes` (n, a) and shape functions `N` (n, a) locate the points, and `of` returns the values of nodes by their
+        numbers.
+        """
         used, place = np.unique(nodes, return_inverse=True)
         values: Floats = np.einsum("na,nak->nk", N, of(used)[place.reshape(nodes.shape)])
         return values
@@ -115,7 +119,7 @@ class PatchRecovery:
 
     @cached_property
     def _parent_corners(self) -> dict[int, Ints]:
-        """Corners whose polynomials determine the value at each node; a corner has itself."""
+        """Corners whose polynomials determine the value at each node, by node; for a corner only the corner itself."""
         mesh, element = self.mesh, self.mesh.element
         found = {int(c): np.array([c]) for c in np.unique(mesh.cells[:, : element.corners])}
         for k, ends in enumerate(element.between):
@@ -168,9 +172,10 @@ class PatchRecovery:
         return np.concatenate(flat)
 
     def _fit_batch(self, corners: Ints, cells: Ints, bounds: Ints, known: tuple[Floats, Floats]) -> Ints:
-        """Fit the polynomials of a batch of corners, and return the corners whose points do not determine one.
+        """Fit the polynomials of a batch of corners; return the corners whose points do not determine one.
 
-        `cells` are the cells of their patches, and `bounds` where each patch begins.
+        `cells` are the cells of all patches, one after the other, and `bounds` the index at which each patch begins.
+        `known` are positions and values at the sampling points.
         """
         X, values = known[0][cells], known[1][cells]  # (p, q, 3), (p, q, k)
         owner = np.repeat(np.arange(len(corners)), np.diff(bounds))
@@ -178,7 +183,7 @@ class PatchRecovery:
         away = X - self._polynomial_positions(self.mesh.points[corners])[owner][:, None]
         scale = np.sqrt(np.maximum.reduceat((away**2).sum(axis=2).max(axis=1), bounds[:-1]))
         near = np.exp(-NEAR * ((away / scale[owner, None, None]) ** 2).sum(axis=2))
-        away = X - middle[owner][:, None]  # monomials about the middle are least alike
+        away = X - middle[owner][:, None]  # monomials about the middle are best conditioned
         basis = np.prod((away / scale[owner, None, None])[:, :, None] ** self._exponents, axis=3)  # (p, q, c)
         turned = (basis * near[:, :, None]).swapaxes(1, 2)
         M = np.add.reduceat(turned @ basis, bounds[:-1], axis=0)
@@ -263,7 +268,7 @@ def _invert(M: Floats) -> tuple[Floats, Any]:
     inverse: Floats = np.linalg.inv(M + (SPECK * trace)[:, None, None] * np.eye(size))
     condition = np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
     flat = ~(condition < 1.0 / FLAT)
-    if flat.any():  # eigenvalues take a hundred times as long
+    if flat.any():  # the pseudo-inverse takes a hundred times as long
         inverse[flat] = np.linalg.pinv(M[flat], rcond=FLAT, hermitian=True)
     return inverse, flat
 
@@ -271,7 +276,7 @@ def _invert(M: Floats) -> tuple[Floats, Any]:
 def _monomial_exponents(element: type[Element]) -> Ints:
     """Return the exponents (c, 3) of the monomials of the fitted polynomial.
 
-    They have the total degree of the element's order; for quadratic hexahedra this degree along each axis.
+    The polynomial has the element's order as total degree, or as degree along each axis for quadratic hexahedra.
     """
     each = element.family == "hexahedra" and element.order > 1
     powers = [p for p in np.ndindex(*[element.order + 1] * 3) if each or sum(p) <= element.order]

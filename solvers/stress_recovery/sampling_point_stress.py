@@ -29,10 +29,10 @@ class DeformedState:
     """Deformed mesh with the material of its cells.
 
     `u` (n, 3), m, are the displacements of its nodes. `way` is the treatment of near-incompressibility: full,
-    selective, mean_dilatation or mixed. For `mixed`, `pressures` (m, b), Pa, are the solved ones, positive in tension.
-    In a `plane` model nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y
-    axis. For a material that varies in space, `at` returns the material with arrays of its constants at the points of a
-    quadrature rule.
+    selective, mean_dilatation or mixed. For `mixed`, `pressures` (m, b), Pa, are the solved pressures, positive in
+    tension. In a `plane` model nothing varies along z. A `revolved` mesh is the meridian of a body of revolution about
+    the y axis. For a material that varies in space, `at` returns the material with arrays of its constants at the
+    points of a quadrature rule.
     """
 
     mesh: Mesh
@@ -46,11 +46,14 @@ class DeformedState:
     at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
 
     def _material_at_rule(self, rule: Rule) -> Isotropic:
-        """Return the material; if it varies in space, with its constants at the points of a quadrature rule."""
+        """Return the material at the points of a quadrature rule.
+
+        If it varies in space, its constants are arrays over these points.
+        """
         return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
 
     def _cell_mean_material(self) -> Isotropic:
-        """Return the material with one value of each modulus per cell: its mean if it varies inside."""
+        """Return the material with one value of each modulus per cell, the mean over the cell."""
         rule = self.mesh.element.quadrature()
         if not (known := self._material_at_rule(rule)).sampled:
             return known
@@ -59,15 +62,19 @@ class DeformedState:
         return average_moduli(known, self._point_volumes(rule))
 
     def _point_volumes(self, rule: Rule) -> Floats:
-        """Return the volumes (m, q), m^3, of points; for a body of revolution proportional to those of whole rings."""
+        """Return the volumes (m, q), m^3, of the points of a quadrature rule.
+
+        For a body of revolution they are multiplied by the radius, m, and so proportional to the volumes of whole
+        rings.
+        """
         parts = integrate_cells(self.mesh, rule=rule)
         return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
-        """Return positions (m, q, 3), m, Cauchy stresses (m, q, 6), Pa, and H = du/dX (m, q, 9) at the points of a
-        rule.
+        """Return positions, stresses and displacement gradients at the points of a quadrature rule in all cells.
 
-        The stress components are ordered as SYMMETRIC. Raises StressUnavailable.
+        These are positions (m, q, 3), m, Cauchy stresses (m, q, 6), Pa, ordered as SYMMETRIC, and H = du/dX (m, q, 9).
+        Raises StressUnavailable.
         """
         N = self.mesh.element.shape(rule[0])
         X = np.einsum("qa,mai->mqi", N, self.mesh.points[self.mesh.cells])
@@ -81,7 +88,7 @@ class DeformedState:
     def _displacement_gradients(self, rule: Rule) -> Floats:
         """Return the displacement gradients du_i/dX_J (m, q, 3, 3) at the points of a rule."""
         H = self._gradients_from_nodes(integrate_cells(self.mesh, rule=rule))
-        if self.material.thin:  # it grows thinner than its nodes show
+        if self.material.thin:  # plane stress: the thickness changes independently of the nodes
             from softmark.solvers.materials.plane_stress import thickness
 
             law = law_for(self._material_at_rule(rule), self.strain)
@@ -91,7 +98,7 @@ class DeformedState:
     def _gradients_from_nodes(self, parts: Integration) -> Floats:
         """Return du_i/dX_J (m, q, 3, 3) from the nodal displacements only."""
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
-        if self.revolved:  # rings grow as they move out; on the axis by as much as along x
+        if self.revolved:  # hoop strain is u_x / x; on the axis it equals the strain along x
             r, out = (parts.at_points(values[self.mesh.cells, 0]) for values in (self.mesh.points, self.u))
             far = r > AXIS * self.mesh.extent
             H[..., 2, 2] = np.where(far, out / np.where(far, r, 1.0), H[..., 0, 0])
@@ -100,7 +107,7 @@ class DeformedState:
     def _cauchy_stress(self, H: Floats, rule: Rule) -> Floats:
         """Return the Cauchy stress (m, q, 3, 3), Pa, for displacement gradients H. Raises StressUnavailable."""
         laws = parts_for(self._material_at_rule(rule), self.strain) if self.way == "selective" else None
-        if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
+        if laws is not None:  # shear law at the point, volume law with the mean gradient of the cell
             of_volume = (parts_for(self._cell_mean_material(), self.strain) or laws)[1]
             mean = self._gradients_from_nodes(mean_gradients(self.mesh, self.revolved))
             volume = self._push_forward(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
@@ -110,9 +117,10 @@ class DeformedState:
         return self._stress_with_pressure(H, rule)
 
     def _stress_with_pressure(self, H: Floats, rule: Rule) -> Floats:
-        """Return the first Piola-Kirchhoff stress P = P_shape + p dg/dF, Pa, with a pressure p for the volume change.
+        """Return the Cauchy stress (m, q, 3, 3), Pa, of a formulation with a pressure p for the volume change.
 
-        The pressure is the solved one, or the modulus M times the mean of the volume function g over the cell.
+        It follows from the first Piola-Kirchhoff stress P = P_shape + p dg/dF. The pressure is the solved one, or the
+        modulus M times the mean of the volume function g over the cell. Raises StressUnavailable.
         """
         split, F = self._mixed_split(rule), _deformation_gradients(H)
         p = self._solved_pressures(rule) if self.way == "mixed" else self._mean_dilatation_pressures()
@@ -155,7 +163,7 @@ class DeformedState:
 
 
 def _piola_stress(law: Any, H: Floats) -> Floats:
-    """Return the first Piola-Kirchhoff stress (m q, 3, 3), Pa, of a law for H = du/dX (m, q, 3, 3)."""
+    """Return the first Piola-Kirchhoff stress (m q, 3, 3), Pa, of a law for displacement gradients H (m, q, 3, 3)."""
     return displacement_gradient_scaling.first_piola_stress(law, H.reshape(-1, 3, 3))
 
 

@@ -24,8 +24,8 @@ TERMS = 200  # terms of the series with odd numbers: the truncation error at cor
 def section_stress(section: Section, poisson: float, carried: Floats, X2: Floats, X3: Floats) -> Floats:
     """Return the stresses sigma_11, sigma_12 and sigma_13 (n, 3), Pa, at positions X2, X3 (n,), m, of a section.
 
-    `carried` (n, 6) are the internal forces N, V2, V3, N, and moments T, M2, M3, N m. Raises TypeError for a section
-    without a known theory.
+    `carried` (n, 6) are the internal forces N, V2, V3, in N, and moments T, M2, M3, in N m. Raises TypeError for a
+    section without a known theory.
     """
     N, V2, V3, T, M2, M3 = carried.T
     I2, I3 = section.moments
@@ -40,13 +40,13 @@ def section_stress(section: Section, poisson: float, carried: Floats, X2: Floats
 def tapered_section_stress(
     section: Section, rates: tuple[float, float], poisson: float, carried: Floats, X2: Floats, X3: Floats
 ) -> Floats:
-    """Return the stresses (n, 3), Pa, in a tapered bar, to first order in its taper.
+    """Return the stresses (n, 3), Pa, in a tapered bar, to first order in its taper; see `section_stress`.
 
-    The sides of the section grow along the axis at the relative `rates`, 1/m. Axial fibres follow the sides, with the
-    stress sigma_11 (1, c2 X2, c3 X3) for rates c2 and c3, so that no traction crosses an inclined border. They carry c3
-    M2 of V3 and -c2 M3 of V2; the remaining shear force is distributed as in a straight bar. So equilibrium is
-    satisfied, and in a wedge bent by a force at its tip no shear force remains (Michell 1900). Raises TypeError for a
-    section without a known theory.
+    The sides of the section grow along the axis at the relative `rates` c2 and c3, 1/m. Axial fibres follow the sides,
+    with the stress sigma_11 (1, c2 X2, c3 X3), so that no traction crosses an inclined border. The fibres carry c3 M2
+    of V3 and -c2 M3 of V2; the remaining shear force is distributed as in a straight bar. So equilibrium is satisfied,
+    and in a wedge bent by a force at its tip no shear force remains (Michell 1900). Raises TypeError for a section
+    without a known theory.
     """
     c2, c3 = rates
     own = carried.copy()
@@ -71,9 +71,10 @@ def _torsion_stress(section: Section, X2: Floats, X3: Floats) -> Floats:
 
 
 def _rectangle_torsion_stress(a: float, b: float, J: float, x: Floats, y: Floats) -> Floats:
-    """Return derivatives (n, 2) of Prandtl's stress function by y and by -x, divided by G theta J.
+    """Return the shear stresses (n, 2) of torsion along x and y in a rectangle, for a torque of 1 N m, Pa.
 
-    The half sides are a <= b along x and y, m.
+    They are derivatives of Prandtl's stress function. The half sides are a <= b along x and y, m, and J is the torsion
+    constant, m^4.
     """
     n = 2.0 * np.arange(TERMS) + 1.0
     k: Floats = np.asarray(0.5 * np.pi * n / a, dtype=np.float64)
@@ -93,9 +94,9 @@ def _scaled_hyperbolic_functions(k: Floats, y: Floats, b: float) -> tuple[Floats
 
 
 def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, second: bool = False) -> Floats:
-    """Return the shear stresses (n, 2), Pa, along X2 and X3 for a force of 1 N along X2.
+    """Return the shear stresses (n, 2), Pa, along X2 and X3 for a transverse force of 1 N.
 
-    With `second` the force is along X3. Raises TypeError.
+    The force acts along X2, or along X3 if `second` is True. Raises TypeError.
     """
     x, y = (X3, X2) if second else (X2, X3)
     I = section.moments[0 if second else 1]
@@ -110,8 +111,9 @@ def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, se
 
 
 def _ring_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
-    """Return the shear stresses (n, 2), Pa, along x and y for a force of 1 N along x, in a ring with radii a > b, m.
+    """Return the shear stresses (n, 2), Pa, along x and y in a ring for a force of 1 N along x.
 
+    The ring has radii a > b, m.
     Source: Love's flexure function, section 231.
     """
     r2 = np.maximum(x * x + y * y, np.finfo(np.float64).tiny)

@@ -17,7 +17,7 @@ from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC, De
 from softmark.solvers.stress_recovery.stress_measures import Tensors, TensorsBySide, von_mises
 
 Number = Callable[[Tensors], Floats]  # of each tensor (n,)
-Chosen = Callable[[Floats], Any]  # which of points (n, 3), m (n,)
+Chosen = Callable[[Floats], Any]  # returns a mask (n,) of points (n, 3), m
 Part = Literal["stress", "stress deviator", "strain"]
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # by SYMMETRIC: multiplicity of each component in a tensor
 ROUNDED = 1e-6  # relative to the typical stress: smaller deviators are rounding of a uniform pressure
@@ -32,23 +32,23 @@ def tensor_norm(six: Floats) -> Floats:
 
 
 def _deviator_norm(values: Floats) -> Floats:
-    """Return the norm (n,) of the deviator from the stress and its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
+    """Return the norm (n,), Pa, of the stress deviator: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
 
-    `values` (n, 22) are those of `Stresses.values`, or their root mean square differences between cells.
+    `values` (n, 22) are those of `Stresses.values`, or the root mean square differences of cell values from them.
     """
     norm: Floats = np.sqrt(np.maximum(tensor_norm(values[:, :6]) ** 2 - values[:, 15] ** 2 / 3.0, 0.0))
     return norm
 
 
 def _relative_norm(left: Floats, size: Floats) -> Floats:
-    """Return the norms (n,) of tensors `left` (n, 6), divided by `size` (n,)."""
+    """Return the norms (n,) of tensors `left` (n, 6), divided by reference norms `size` (n,)."""
     share: Floats = tensor_norm(left) / np.maximum(size, TINY)
     return share
 
 
 @dataclass(frozen=True)
 class Stresses:
-    """Stress field of a deformed state, computed on request and once for each node. Raises StressUnavailable."""
+    """Stress field of a deformed state; nodal values are recovered once, on request. Raises StressUnavailable."""
 
     state: DeformedState
 
@@ -58,7 +58,7 @@ class Stresses:
 
     @cached_property
     def _patch_recovery(self) -> PatchRecovery:
-        """Patch recovery of stress, displacement gradient, trace of the stress and strain."""
+        """Patch recovery of the stress, the displacement gradient, the trace of the stress, and the strain."""
 
         def sample(rule: Rule) -> tuple[Floats, Floats]:
             """Return positions (m, q, 3), m, and values (m, q, 22) at the points of a rule."""
@@ -79,7 +79,10 @@ class Stresses:
         return TensorsBySide(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
 
     def crossings(self, begin: Floats, end: Floats) -> Floats:
-        """Return the sorted fractions (k,) of a line from `begin` to `end` (3,), m, at which the material changes."""
+        """Return the sorted fractions (k,) of a line from `begin` to `end` (3,), m, at which the material changes.
+
+        The result is empty, because the body has only one material.
+        """
         return np.zeros(0)
 
     @property
@@ -92,10 +95,11 @@ class Stresses:
         return float((size / np.ptp(mesh.points[:, 2])) ** 0.5)
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """Return the nodes (n, 3), m, of the PEAKS cells in which a scalar `number` of the tensors is largest.
+        """Return the nodes (k, 3), m, of the PEAKS cells in which a scalar is largest.
 
-        Cells are compared by the largest magnitude at their integration points. Only nodes in the mask that `chosen`
-        returns count; with `surface` only nodes on the boundary are returned.
+        `number` returns the scalar (n,) of tensors. Cells are compared by its largest magnitude at their integration
+        points. `chosen` returns a mask of points; only nodes in this mask are returned, and with `surface` only those
+        on the boundary.
         """
         mesh = self.state.mesh
         held = chosen(mesh.points)
@@ -110,7 +114,7 @@ class Stresses:
         return found if not surface else self._on_boundary(found)
 
     def _on_boundary(self, X: Floats) -> Floats:
-        """Return those of the nodes X (n, 3), m, that lie on the boundary of the body."""
+        """Return the rows of X (n, 3), m, nodes of the mesh, that lie on the boundary of the body."""
         mesh = self.state.mesh
         outer = {tuple(point) for point in mesh.points[np.unique(mesh.facets)].tolist()}
         on: Floats = X[[tuple(point) in outer for point in X.tolist()]].reshape(-1, 3)
@@ -132,7 +136,7 @@ class Stresses:
         return self._patch_recovery.everywhere()
 
     def shared(self, X: Floats) -> int:
-        """Return the number of points X (n, 3), m, that have several stresses because several materials meet there."""
+        """Return the number of points X (n, 3), m, at which several materials meet; 0 for one material."""
         return 0
 
     def _tensors(self, values: Floats) -> Tensors:
@@ -145,14 +149,14 @@ class Stresses:
         return np.stack([E[:, i, j] for i, j in SYMMETRIC], axis=1).reshape(*H.shape[:2], 6)
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return how far the cell stresses around points X (n, 3), m, differ from the recovered stress.
+        """Return how far cell stresses around points X (n, 3), m, differ from the recovered stress, (n,), Pa.
 
-        The result (n,) is in Pa.
+        The difference is the root mean square over the sampling points of the surrounding cells.
         """
         return tensor_norm(self._patch_recovery.fit_residuals(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return the relative difference (n,) between the tensors in the cells around points X (n, 3), m.
+        """Return the relative difference (n,) between cell tensors around points X (n, 3), m, and recovered tensors.
 
         The difference is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the
         stress, its deviator, whose error a large pressure would hide, or the strain.
@@ -167,13 +171,13 @@ class Stresses:
         return found
 
     def sampled(self) -> None:
-        """Compute the stress in every cell once. Raises StressUnavailable if that is impossible."""
+        """Compute the stress in every cell once. Raises StressUnavailable if it is not available or not finite."""
         if not np.isfinite(self.usual).all():
             raise StressUnavailable("the stress is not finite in every cell")
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Return root mean squares over the body of the norms of stress, Pa, strain, and deviatoric stress, Pa."""
+        """Typical norms: root mean squares over the body of stress, Pa, strain, and deviatoric stress, Pa."""
         rule = self.state.mesh.element.quadrature()
         _, six, H = self.state.sampled(rule)
         found = Tensors(six.reshape(-1, 6), H.reshape(-1, 9), self.state.strain == "small")
@@ -184,7 +188,10 @@ class Stresses:
         return stress, strain, shape
 
     def moved(self, step: Floats) -> Stresses:
-        """Return the stress field with displacements `step` (n, 3), m, added at the nodes; cached for the last step."""
+        """Return the stress field with displacements `step` (n, 3), m, added at the nodes.
+
+        The result for the last `step` is cached.
+        """
         if not self._moved_field_cache or self._moved_field_cache[0][0] is not step:
             self._moved_field_cache[:] = [(step, self._moved(step))]
         return self._moved_field_cache[0][1]

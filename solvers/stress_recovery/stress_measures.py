@@ -20,9 +20,9 @@ OfStretch = Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", 
 
 @dataclass(frozen=True)
 class Tensors:
-    """Cauchy stress (n, 6), Pa, and displacement gradient H = du/dX (n, 9) at n points.
+    """Cauchy stress `six` (n, 6), Pa, and displacement gradient `H` = du/dX (n, 9) at n points.
 
-    With `small` strains are linear in H.
+    If `small` is True, strains are linear in H.
     """
 
     six: Floats
@@ -31,18 +31,18 @@ class Tensors:
 
     @property
     def cauchy(self) -> Floats:
-        """Return the Cauchy stress (n, 3, 3), Pa."""
+        """Cauchy stress (n, 3, 3), Pa."""
         return full_tensors(self.six)
 
     @property
     def F(self) -> Floats:
-        """Return the deformation gradients (n, 3, 3)."""
+        """Deformation gradients (n, 3, 3)."""
         F: Floats = self.H.reshape(-1, 3, 3) + np.eye(3)
         return F
 
     @property
     def nominal(self) -> Floats:
-        """Return the first Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa.
+        """First Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa; for small strains the Cauchy stress.
 
         Component [i, J] is the force along i per undeformed area normal to J.
         """
@@ -70,7 +70,11 @@ class Tensors:
         return found
 
     def stretches(self, component: str) -> Floats:
-        """Return stretches (n,): a principal one, that of fibres along an undeformed axis, or the volume ratio."""
+        """Return stretches (n,), selected by `component`.
+
+        `component` is a principal stretch such as principal_1, an undeformed axis x, y or z whose fibres are stretched,
+        or `volume` for the volume ratio.
+        """
         if component == "volume":
             H = self.H.reshape(-1, 3, 3)
             ratio: Floats = 1.0 + np.trace(H, axis1=1, axis2=2) if self.small else np.linalg.det(self.F)
@@ -97,12 +101,15 @@ class TensorsBySide:
     tensors: Tensors
 
     def per_row(self, amounts: Floats) -> Floats:
-        """Return amounts (k,) per row: the `amounts` (n,) of points, divided evenly among the rows of each point."""
+        """Return values (k,) for the rows, from values `amounts` (n,) for the points.
+
+        The value of a point is divided evenly among its rows.
+        """
         divided: Floats = amounts[self.rows] / np.bincount(self.rows, minlength=len(amounts))[self.rows]
         return divided
 
     def averaged(self, count: int) -> Tensors:
-        """Return the mean over the rows of each of `count` points."""
+        """Return the tensors of `count` points, each the mean over the rows of the point."""
         share = self.per_row(np.ones(count))[:, None]
         six, H = np.zeros((count, 6)), np.zeros((count, 9))
         np.add.at(six, self.rows, share * self.tensors.six)

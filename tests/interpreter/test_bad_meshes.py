@@ -300,4 +300,4 @@ def test_a_surface_is_not_a_body(tmp_path: Path, flat: bool) -> None:
         meshio.Mesh(points, [("triangle", mesh.faces)]).write(file)
     error = refused(file)
     assert "no tetrahedra and no hexahedra (its cells: triangle)" in str(error)
-    assert "`tetrahedralized(...)` in place of `mesh(...)` fills a closed surface" in str(error.remedy)
+    assert "write `tetrahedralized(...)` instead of `mesh(...)` to fill the closed surface" in str(error.remedy)

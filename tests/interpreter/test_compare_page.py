@@ -359,7 +359,7 @@ def test_the_terminal_marks_the_front_and_ends_with_the_advice() -> None:
     )
     marked = [line for line in shown.splitlines() if "*" in line and not line.startswith("*")]
     assert len(marked) == len(front)
-    assert shown.index("-> For eta") > shown.index("springs: no equilibrium was found")
+    assert shown.index("-> For an error of") > shown.index("springs: no equilibrium was found")
     assert shown.endswith("comparison: out/compare.html")
     assert "uncertainty of eta: ±0.1 %" in " ".join(shown.split())
     assert "\x1b[" in table(made, True)

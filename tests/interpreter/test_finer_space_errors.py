@@ -196,7 +196,7 @@ def test_a_plain_run_says_what_is_free_and_who_was_not_asked(
     shown = capsys.readouterr().out
     row = next(line for line in shown.splitlines() if line.startswith("rod"))
     assert row.count("±") == 2
-    unasked = "no error is stated for `fine`, `hex`: an estimate of the mesh error costs about as much as the solution"
+    unasked = "no error estimate for `fine`, `hex`: an estimate of the mesh error costs about as much as the solution"
     assert unasked in shown
     report = json.loads((tmp_path / "plain" / "report.json").read_text("utf-8"))
     said = report["models"]["hex"]["stated"]["sag"]

@@ -46,7 +46,7 @@ def test_units_that_are_declared_in_no_known_system_are_asked_for(tmp_path: Path
 
 def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> None:
     """The curve of `cube-released.feb` is 1 at time 0.5 and 0 at time 1; the pressure is 0.001 times the curve."""
-    with pytest.raises(NotImportable, match=r"its load curve 1 is 1 at time 0\.5") as refused:
+    with pytest.raises(NotImportable, match=r"but its load curve 1 is 1 at time 0\.5") as refused:
         import_formats.read(PARTS / "cube-released.feb")
     assert refused.value.code == "E758"
     assert "--at 0.5" in refused.value.remedy

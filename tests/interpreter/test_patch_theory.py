@@ -192,7 +192,7 @@ def test_stress_is_known_everywhere() -> None:
 @pytest.mark.parametrize(
     ("text", "change", "why"),
     [
-        (PAIR, ("x <= 10.5 mm)", "x <= 10.5 mm, friction = 0.2)"), "friction of 0.2 between blocks that narrow"),
+        (PAIR, ("x <= 10.5 mm)", "x <= 10.5 mm, friction = 0.2)"), "friction of 0.2 between blocks whose sections"),
         (PAIR, ("box(size = (30, 20, 10)", "box(size = (30, 20, 9)"), "with one section"),
         (PAIR, ("origin = (10.5, 0, 0)", "origin = (10.5, 1, 0)"), "with one section"),
         (PAIR, ("box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)",
@@ -219,7 +219,7 @@ def test_stress_is_known_everywhere() -> None:
         (GLUED, ("base  = fixed(pair, where = z <= 0 mm, components = z)",
                  "base = fixed(pair, where = x <= 0 mm and z <= 1 mm, components = z)"), "neither an end nor a side"),
         (GLUED, ("contact  glue", "region top = part(pair, where = z >= 10 mm, material = neo_hookean(young = 9 kPa, "
-                 "poisson = 0.3, density = 1 g/cm^3))\ncontact  glue"), "glues between blocks that narrow"),
+                 "poisson = 0.3, density = 1 g/cm^3))\ncontact  glue"), "a tied contact between blocks"),
         (GLUED, ("tied(pair)", "tied(pair, where = z >= 9 mm and z <= 11 mm and x <= 5 mm)"), "a part of a joint"),
         (FLAT.replace("R,", "4,").replace("BODY", "axisymmetric"),
          ("load ", "support hub = fixed(pair, where = x <= 4 mm, components = x)\nload "), "expansion around its axis"),

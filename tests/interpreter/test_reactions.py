@@ -179,7 +179,7 @@ def test_reports_have_a_table_of_supports_and_a_line(held: softmark.Report) -> N
     assert '<h2 id="supports-heading">Supports</h2>' in page
     assert "(0, 0, 419.87) mN" in page
     assert "mN\N{MIDDLE DOT}m" in page
-    assert "wall carries 420 mN in 8 models" in report_terminal.table(held, terminal=False)
+    assert "reaction force of wall: 420 mN in 8 models" in report_terminal.table(held, terminal=False)
 
 
 def test_a_motion_says_that_it_has_no_reactions() -> None:

@@ -217,13 +217,13 @@ def test_what_many_models_state_alike_is_one_line() -> None:
     models = [replace(model(f"m{i}", 0.02, along=8), stated=said) for i in range(7)]
     own = {"gap": StatedError(1e-3, "m")}
     lines = table(report(*models, replace(model("own", 0.02, along=8), stated=own)), False).splitlines()
-    assert [line for line in lines if "stat" in line] == [
-        "7 models state no error of `gap`: model: too thick",
-        "own states an error of at most 1\N{NO-BREAK SPACE}mm in `gap`",
+    assert [line for line in lines if "estimate" in line] == [
+        "7 models have no error estimate for `gap`: model: too thick",
+        "own estimates an error of at most 1\N{NO-BREAK SPACE}mm in `gap`",
     ]
     few = table(report(*models[:2]), False)
-    assert "m0 states no error of `gap`" in few
-    assert "m1 states no error of `gap`" in few
+    assert "m0 has no error estimate for `gap`" in few
+    assert "m1 has no error estimate for `gap`" in few
 
 
 def test_a_page_with_much_to_show_is_below_3_MB() -> None:

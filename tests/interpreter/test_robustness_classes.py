@@ -82,7 +82,7 @@ def by_model(status: str = "converged", said: dict[str, Any] | None = None, erro
     [
         (by_model("capped", stated(0.0)), "has no result: a cap"),
         (by_model("converged", stated(0.0, "W301")), "has warnings (W301, the element locks)"),
-        (by_model("converged", stated(None)), "states no error: no coarser mesh"),
+        (by_model("converged", stated(None)), "has no error estimate: no coarser mesh"),
         (by_model("converged", stated(0.06)), "the uncertainty of the reference, 0.06, exceeds the limit 0.05"),
         (replace(by_model(), truths={}), "the accuracy of `theory` is unknown"),
     ],

@@ -252,7 +252,7 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     own = {(e["quantity"], e["direction"]): e for e in study["edges"]}
     assert own["m", "down"]["last_right"] in (2.0, 3.0, 4.0)
     assert own["soft", "down"]["last_right"] == 0.1
-    assert "right within 5 %" in shown.out
+    assert "right within 5 % error" in shown.out
     assert f"{found['summary']['points']} points" in shown.out
 
 
@@ -299,7 +299,7 @@ def test_compare_leaves_stability_alone(file: Path, capsys: pytest.CaptureFixtur
     assert main(["compare", "beam.scene", "--study", "s"]) == 2
     assert "dsl robustness --study s" in capsys.readouterr().err
     assert main(["plan", "beam.scene"]) == 0
-    assert "left to `dsl robustness`: s" in capsys.readouterr().out
+    assert "studies, computed by `dsl robustness`: s" in capsys.readouterr().out
 
 
 def test_from_python(tmp_path: Path, made_up: None) -> None:

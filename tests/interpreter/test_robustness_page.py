@@ -146,7 +146,7 @@ def test_the_nines_of_a_ratio_are_kept() -> None:
 
 def test_a_point_says_its_error_and_what_the_model_states() -> None:
     said = point_tooltip(point("tets", "inaccurate", 0.4, rubber_poisson=0.4999))
-    assert said == "rubber.poisson = 0.4999: inaccurate (reported), error 40 %, stated error 2 %"
+    assert said == "rubber.poisson = 0.4999: inaccurate (reported), error 40 %, estimated error 2 %"
 
 
 def test_a_command_is_quoted_for_a_shell() -> None:

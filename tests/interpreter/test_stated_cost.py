@@ -54,7 +54,7 @@ def test_a_plain_run_solves_once(
     file.write_text("softmark 1\n" + text, encoding="utf-8")
     assert main(["run", str(file), "--out", str(tmp_path / "plain")]) == 0
     assert solves == ["own"]
-    assert "no error is stated for `own`" in capsys.readouterr().out
+    assert "no error estimate for `own`" in capsys.readouterr().out
     assert main(["run", str(file), "--fresh", "--stated", "--out", str(tmp_path / "asked")]) == 0
     assert len(solves) > 2
 

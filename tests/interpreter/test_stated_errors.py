@@ -156,7 +156,7 @@ metric eta    = relative_l2_error(all, against = fine)
     assert coarse.stated["spread"].value is None
     assert "no error estimate is available for this metric" in coarse.stated["spread"].reason
     assert rod.stated["energy"].value is None
-    assert "model: no error estimate is available for this metric" in rod.stated["energy"].reason
+    assert "model error: no error estimate is available for this metric" in rod.stated["energy"].reason
 
 
 def test_cells_inside_out_vouch_for_nothing() -> None:
@@ -193,13 +193,13 @@ def test_it_is_in_every_report(tmp_path: Path, capsys: pytest.CaptureFixture[str
     file = tmp_path / "a.scene"
     file.write_text(BEAM.format(models="model rod = beam6dof(segments = 8)", poisson=0.3, g=1.0), encoding="utf-8")
     assert main(["run", str(file), "--out", str(tmp_path / "plain")]) == 0
-    assert "rod states an error of at most" in capsys.readouterr().out  # a beam's costs next to nothing
+    assert "rod estimates an error of at most" in capsys.readouterr().out  # a beam's costs next to nothing
     assert main(["run", str(file), "--stated", "--out", str(tmp_path / "asked")]) == 0
-    assert "rod states an error of at most" in capsys.readouterr().out
+    assert "rod estimates an error of at most" in capsys.readouterr().out
     plain, said = (json.loads((tmp_path / n / "report.json").read_text("utf-8")) for n in ("plain", "asked"))
     assert plain["models"]["rod"]["stated"] == said["models"]["rod"]["stated"]
     assert set(said["models"]["rod"]["stated"]) == {"eta", "axis"}
-    assert "states an error of at most" in (tmp_path / "asked" / "report.html").read_text("utf-8")
+    assert "estimates an error of at most" in (tmp_path / "asked" / "report.html").read_text("utf-8")
 
 
 def test_a_task_asks_for_one_model() -> None:

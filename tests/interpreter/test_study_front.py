@@ -354,7 +354,7 @@ def test_advice_says_what_is_wrong_with_its_winner() -> None:
     assert advice([bad])["winner"] is None
     found = advice(uncertain([bad], 0.045), allow_contaminated=True)
     assert [c.split(":")[0].split(",")[0] for c in found["caveats"]] == [
-        "Its timing was disturbed",
+        "Its timing was disturbed by other processes",
         "Its solution was stopped by `max_iterations` before convergence",
         "Its error is below the uncertainty of the reference",
     ]
@@ -363,7 +363,7 @@ def test_advice_says_what_is_wrong_with_its_winner() -> None:
 def test_where_the_reference_knows_less_than_the_levels_nobody_is_the_closest() -> None:
     found = advice(uncertain([point("a", 2, 0.03), point("b", 1, 0.1), point("c", 3, 0.3)], 0.137))
     assert "uncertainty of ± 13.7 %, so an error of 10 % cannot be resolved" in found["text"].replace("\u00a0", " ")
-    assert "`b`, `a` are within it, indistinguishable; `b` is the fastest of them" in found["text"]
+    assert "the errors of `b`, `a` are below it and cannot be ranked; `b` is the fastest of them" in found["text"]
     assert "closest" not in found["text"]
 
 

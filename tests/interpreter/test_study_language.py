@@ -141,7 +141,7 @@ def test_run_leaves_studies_alone_and_plan_names_them(
     file = tmp_path / "my.scene"
     file.write_text(BEAM + "study s = sweep(h, over = [20, 10] mm)", encoding="utf-8")
     assert main(["plan", str(file)]) == 0
-    assert "left to `dsl compare`: s" in capsys.readouterr().out
+    assert "studies, computed by `dsl compare`: s" in capsys.readouterr().out
     scene = softmark.load(file)
     assert isinstance(scene, LoadedScene)
     assert list(scene.run(models="rod").models) == ["rod"]

@@ -181,10 +181,10 @@ def test_remarks_stand_with_the_advice() -> None:
     }  # fmt: skip
     other = {**point, "key": "l", "model": "n", "label": "n", "solve": {}}
     (advice,) = ComparisonRecord.from_json({"points": [point, other]}).analysis.advice
-    assert advice.text.startswith("For `e` against `full` of 1\u00a0% or less, `m` is the fastest")
+    assert advice.text.startswith("For an error of 1\u00a0% or less in `e` against `full`, `m` is the fastest")
     untimed = [{**p, "cost": None} for p in (point, other)]
     (by_size,) = ComparisonRecord.from_json({"points": untimed}).analysis.advice
-    assert by_size.text.startswith("For `e` against `full` of 1\u00a0% or less, `n` is the smallest")
+    assert by_size.text.startswith("For an error of 1\u00a0% or less in `e` against `full`, `n` is the smallest")
     assert advice.caveats[0].startswith("It was trained on `full` in this same state")
 
 

@@ -12,12 +12,14 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
     add_override_option(parser)
     add_plugin_option(parser)
-    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+    parser.add_argument(
+        "--model", action="append", default=[], metavar="NAME", help="use only this model; may be repeated"
+    )
 
 
 def add_plugin_option(parser: argparse.ArgumentParser) -> None:
     """Add the option `--plugin FILE|NAME`, which may be repeated."""
-    meaning = "use the words of a plugin: a Python file, or the name of an installed plugin"
+    meaning = "add the models, metrics and other words of a plugin: a Python file, or the name of an installed plugin"
     parser.add_argument("--plugin", action="append", default=[], dest="plugins", metavar="FILE", help=meaning)
 
 
@@ -43,7 +45,7 @@ def parse_file_name(text: str) -> str:
 
 def add_override_option(parser: argparse.ArgumentParser) -> None:
     """Add the option `-p NAME=VALUE`, which overrides a parameter or field of the scene and may be repeated."""
-    meaning = "replace a parameter or a field"
+    meaning = "replace a parameter or a field, as in `-p L=12mm` or `-p gel.young=60kPa`"
     parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help=meaning)
 
 

@@ -34,14 +34,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     `FILE... [-p NAME=VALUE]... [--model NAME]... [--vary NAME=VALUE,...]... [--study NAME] [--out DIR]` and more.
     """
     what = (
-        "scenes (files, standard scenes, or -), or two JSON files of `dsl run` or `dsl compare` to show what has "
-        "changed"
+        "scenes (files, standard scenes, or -); or two JSON files of `dsl run` or `dsl compare`, whose differences "
+        "are listed"
     )
     parser.add_argument("files", nargs="+", metavar="FILE", help=what)
     add_override_option(parser)
     add_plugin_option(parser)
-    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
-    vary = "vary a parameter or a field (or `model=a,b`) instead of the scene's studies; several are combined"
+    parser.add_argument(
+        "--model", action="append", default=[], metavar="NAME", help="use only this model; may be repeated"
+    )
+    vary = (
+        "vary a parameter, a field, or the model (`model=a,b`), instead of the scene's studies; if repeated, all "
+        "combinations are computed"
+    )
     parser.add_argument("--vary", action="append", default=[], metavar="NAME=VALUE,...", help=vary)
     parser.add_argument("--study", metavar="NAME", help="only this study of the scene")
     parser.add_argument("--out", type=folder_name, metavar="DIR",
@@ -49,7 +54,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         " (default: NAME-comparison)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     comment = (
-        "with two JSON files: write what has changed to FILE, as a comment of a pull request; - is standard output"
+        "with two JSON files: write their differences to FILE, as Markdown for a pull request; - is standard output"
     )
     parser.add_argument("--markdown", metavar="FILE", help=comment)
     add_work_options(parser)
@@ -62,8 +67,10 @@ def add_work_options(parser: argparse.ArgumentParser) -> None:
         "--jobs", type=parse_count, default=1, metavar="N", help="compute errors in N parallel processes"
     )
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
-    parser.add_argument("--timeout", type=parse_positive, metavar="S", help="give up a configuration after S seconds")
-    repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
+    parser.add_argument(
+        "--timeout", type=parse_positive, metavar="S", help="stop each configuration that takes more than S seconds"
+    )
+    repeats = "measure the time of each configuration N times, one process at a time (default: 5; 0: no timing)"
     parser.add_argument("--repeats", type=_parse_count_or_zero, default=5, metavar="N", help=repeats)
     add_resume_options(parser)
     disturbed = "use timings even if other processes disturbed them"

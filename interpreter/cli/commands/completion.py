@@ -32,6 +32,6 @@ def run(parsed: argparse.Namespace) -> int:
 
     words = sys.stdin.buffer.read().decode("utf-8", errors="replace").split("\0")[:-1]
     for word, meaning in find_candidates(words).items():
-        if word.isprintable():  # a file may be named by line feeds, which part answers here
+        if word.isprintable():  # line feeds separate the candidates, so a file name with one is left out
             print(f"{word}\t{' '.join(meaning.split())}" if meaning else word)
     return 0

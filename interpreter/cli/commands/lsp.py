@@ -32,7 +32,9 @@ def run(parsed: argparse.Namespace) -> int:
     os.dup2(2, 1)
     sys.stdout = sys.stderr
     incoming = os.fdopen(os.dup(0), "rb")
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # and nothing else reads what the editor says
+    os.dup2(
+        os.open(os.devnull, os.O_RDONLY), 0
+    )  # no library may read standard input, which has the messages of the editor
     from softmark import pausing
     from softmark.interpreter.language_server.server import serve
 

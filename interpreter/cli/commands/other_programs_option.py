@@ -19,7 +19,14 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
 
 CARRIED = ("size", "body", "mesh")  # fields of `fem(...)` that are copied
-OF_OTHERS = ("mass", "linear", "max_iterations", "initial_guess", "factorisation", "precision")  # ignored by others
+OF_OTHERS = (
+    "mass",
+    "linear",
+    "max_iterations",
+    "initial_guess",
+    "factorisation",
+    "precision",
+)  # fields that other programs ignore
 
 
 def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:

@@ -29,15 +29,15 @@ def run(parsed: argparse.Namespace) -> int:
     plan = plan_of(scene, tuple(parsed.model))
     rows = [(t.kind, t.name, make_visible(t.detail), f"line {t.asked.span.line}") for t in plan.tasks]
     widths = [max((len(r[i]) for r in rows), default=0) for i in range(2)]
-    print(make_visible(scene.title))
+    print(f"{make_visible(scene.title)}: tasks of a run, and the line of the scene that needs each")
     for kind, name, detail, line in rows:
-        print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
+        print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   ({line})")
     studies = scene.of_kind("study")
     stability = [n for n, d in studies.items() if d.constructor.name == "robustness"]
     if compared := [n for n in studies if n not in stability]:
-        print(f"  left to `dsl compare`: {', '.join(compared)}")
+        print(f"  studies, computed by `dsl compare`: {', '.join(compared)}")
     if stability:
-        print(f"  left to `dsl robustness`: {', '.join(stability)}")
+        print(f"  studies, computed by `dsl robustness`: {', '.join(stability)}")
     if plan.idle:
-        print(f"  not built, because nothing needs it: {', '.join(plan.idle)}")
+        print(f"  not computed, because no metric or expectation needs them: {', '.join(plan.idle)}")
     return 0

@@ -132,7 +132,7 @@ class ReportWriter:
     def _paraview(report: Report, folder: Path) -> None:
         from softmark.interpreter.report.files.report_files import write_vtu
 
-        write_vtu(report, folder)  # a ValueError of it is a defect of ours, and no trouble with the place
+        write_vtu(report, folder)  # a ValueError is a defect of softmark, not a problem of the output folder
 
     def _try_writing(self, option: str, place: str, action: Callable[[], object]) -> None:
         try:

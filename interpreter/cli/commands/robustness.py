@@ -33,9 +33,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     `FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE]` and more.
     """
     parser.description = (
-        "vary the parameters of each model of a scene up to the limits of its validity. A point is right, "
-        "inaccurate with a warning, silent, or without an answer. Exit status 1 if a point is silent: converged and "
-        "wrong, without a warning."
+        "Vary the parameters of each model of a scene until it becomes wrong. Each tested value is right, inaccurate "
+        "with a warning, silent (converged and wrong without a warning), or without a solution. The exit status is 1 "
+        "if a value is silent."
     )
     add_scene_options(parser)
     parser.add_argument("--study", metavar="NAME", help="only this robustness study of the scene")
@@ -44,12 +44,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         " (default: NAME-stress)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     parser.add_argument(
-        "--jobs", type=parse_count, default=1, metavar="N", help="compute points in N parallel processes"
+        "--jobs", type=parse_count, default=1, metavar="N", help="compute solutions in N parallel processes"
     )
     parser.add_argument("--timeout", type=parse_positive, default=60.0, metavar="S",
-                        help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
+                        help="stop each solution that takes more than S seconds of CPU time (default: 60)")  # fmt: skip
     parser.add_argument("--memory", type=parse_positive, default=4.0, metavar="GIB",
-                        help="address space of each process in GiB (default: 4)")  # fmt: skip
+                        help="largest address space of each process, GiB (default: 4)")  # fmt: skip
     add_resume_options(parser)
 
 

@@ -33,9 +33,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
     add_diagnostics_option(parser, "github")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
-    stated = "report the error that each model estimates itself, from a finer space over its cells and its own state"
+    stated = "also compute the error estimates that cost about as much as a solution"
     parser.add_argument("--stated", action="store_true", help=stated)
-    fresh = "compute everything again, even unchanged results of an earlier run in the same folder"
+    fresh = "reuse no results of an earlier run in the same folder, not even unchanged ones"
     parser.add_argument("--fresh", action="store_true", help=fresh)
     parser.add_argument(
         "--watch", action="store_true", help="run again whenever the scene or one of its files is saved"

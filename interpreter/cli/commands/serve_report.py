@@ -100,7 +100,7 @@ class Server(ThreadingHTTPServer):
     """HTTP server on the loopback address. Raises OSError if the port is not available."""
 
     daemon_threads = True
-    allow_reuse_address = sys.platform != "win32"  # there it would share the port with whoever has it
+    allow_reuse_address = sys.platform != "win32"  # on Windows it would share the port with another program
 
     def __init__(self, folder: Path, port: int) -> None:
         self.folder = folder
@@ -137,7 +137,7 @@ class RequestHandler(BaseHTTPRequestHandler):
 
     server: Server
     server_version, sys_version = "softmark", ""
-    timeout = 30  # s for a request to come
+    timeout = 30  # s to wait for a request
 
     def do_GET(self) -> None:
         """Send the page, its numbers, or the current state."""
@@ -166,7 +166,10 @@ class RequestHandler(BaseHTTPRequestHandler):
         name = PAGE if asked == "/" else asked[1:]
         if name not in TYPES:
             return HTTPStatus.NOT_FOUND, plain, b"there is the report at / and its numbers at /report.json\n"
-        state, file = self.server.state, self.server.file(name)  # in this order: a newer page is reloaded
+        state, file = (
+            self.server.state,
+            self.server.file(name),
+        )  # state first: if the page changes now, the browser reloads it
         try:
             data = b"" if file is None else file.read_bytes()
         except OSError:

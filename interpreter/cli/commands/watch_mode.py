@@ -89,7 +89,7 @@ def _stop_run(child: list[subprocess.Popen[bytes]]) -> str:
     """
     for process in child:
         deadline = time.monotonic() + ENDING
-        with suppress(OSError):  # it has ended. No method of `process`: this may be called while one of them waits
+        with suppress(OSError):  # if it has ended; `os` functions, because a method of `process` may be waiting
             os.kill(process.pid, signal.SIGINT)
             while os.waitpid(process.pid, os.WNOHANG)[0] == 0:
                 if time.monotonic() > deadline:
@@ -133,7 +133,7 @@ class WatchedScene:
             if later == now and not away:
                 break
             now = later
-        if now == before:  # it is again as it was
+        if now == before:  # the change was undone
             return self.wait_for_change(before)
         other = [p for p in {**before, **now} if before.get(p) != now.get(p)]
         return now, ", ".join(str(p) for p in other[:3]) + (f" and {len(other) - 3} more" if len(other) > 3 else "")

@@ -22,9 +22,11 @@ class PartialCommandLine:
     """Command line up to the word to complete: command, current word, operands and options before it."""
 
     command: str
-    current: str  # the word that is completed, as far as it is there
-    operands: list[str] = field(default_factory=list)  # those before it
-    options: dict[str, list[str]] = field(default_factory=dict)  # values given before it, by names in argparse
+    current: str  # incomplete last word
+    operands: list[str] = field(default_factory=list)  # operands before the last word
+    options: dict[str, list[str]] = field(
+        default_factory=dict
+    )  # option values before the last word, by name in argparse
 
 
 Way = Callable[[PartialCommandLine], Answers]

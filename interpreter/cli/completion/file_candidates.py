@@ -6,7 +6,10 @@ import os
 
 
 def files(current: str, *endings: str) -> dict[str, str]:
-    """Return paths that begin with `current`: files with one of the `endings`, and folders, which end with `/`."""
+    """Return paths that begin with `current`, as keys with empty descriptions.
+
+    These are files with one of the `endings`, and folders, which end with `/`.
+    """
     folder, name = os.path.split(current)
     found = {}
     try:

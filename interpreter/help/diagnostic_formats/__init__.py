@@ -15,7 +15,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
 
-FORMATS = {  # name: what it is for
+FORMATS = {  # name: purpose of the format
     "json": "one object per line",
     "github": "annotations of a GitHub workflow",
     "sarif": "SARIF 2.1.0, for code scanning",
@@ -24,7 +24,7 @@ FORMATS = {  # name: what it is for
 
 @dataclass(frozen=True)
 class LocatedDiagnostic:
-    """A diagnostic together with the file of the command line in whose check it was found."""
+    """Diagnostic together with `file`, the scene named on the command line in whose check it was found."""
 
     file: str
     diagnostic: Diagnostic

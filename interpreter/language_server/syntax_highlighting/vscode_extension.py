@@ -84,7 +84,10 @@ def package() -> dict[str, Any]:
         "description": f"{files}of installed ones. They are executed, so a folder is allowed to name some only if it "
         "is trusted.",
     }
-    own = {"softmark.command": command, "softmark.plugins": plugins}  # each runs what it names
+    own = {
+        "softmark.command": command,
+        "softmark.plugins": plugins,
+    }  # both settings make the extension run the code that they name
     trust = {
         "supported": "limited",
         "restrictedConfigurations": sorted(own),

@@ -55,13 +55,13 @@ class PreparedBeam(Meshless):
 
     declared: Declared
     case: Case
-    stations: Floats  # of its nodes (n,), m
+    stations: Floats  # stations of the nodes (n,), m
     rest: Floats
     elastic: RodElastic
     problem: Statics
     size: dict[str, int]
     disturbance: Disturbance | None = None
-    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # each load separately
 
     @property
     def points(self) -> Floats:
@@ -159,11 +159,11 @@ def _solve_one_segment() -> None:
 
 
 def load(model: Beam6Dof) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build the static or dynamic beam model. Raises Fault."""
+    """Return the beam model of a case: a static one, or a dynamic one for a dynamic analysis. Raises Fault."""
     static = build_static(model, declared, case)
     if not isinstance(case.analysis, Dynamic):
         return static
@@ -174,7 +174,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
 
 
 def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
-    """Build a beam and its static problem. Raises Fault."""
+    """Return the static model of a beam, with its undeformed rod, supports and loads. Raises Fault."""
     shape = case.prism
     stations = np.array(model.stations(case))
     rest, nodes = beam_supports.undeformed_rod(case, stations), len(stations)
@@ -284,7 +284,7 @@ def _nodal_load_forces(case: Case, load: Declared, rest: Floats, stations: Float
             w = case.material.density * shape.section.area * np.array(g)
             if isinstance(shape, Prism):
                 return RodForces.uniform(rest, chain_elements(len(stations)), w).forces
-            half = 0.5 * np.diff(stations)[:, None] * w  # of the arc: its chords are shorter
+            half = 0.5 * np.diff(stations)[:, None] * w  # lengths of the arc, because chords are shorter
             forces[:-1] += half
             forces[1:] += half
         case SurfaceTraction(where=where, traction=traction):

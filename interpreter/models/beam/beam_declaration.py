@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-OF_SECTIONS = "finite", "sections"  # the measure of strain, and what stress is known of
-MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; from half a turn on it seems to wind back
+OF_SECTIONS = "finite", "sections"  # strain measure, and where stress is known
+MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, largest winding of a tendon along a segment
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,11 @@ class Beam6Dof(Model):
         return found
 
     def _missing_node_reason(self, load: Declared, case: Case) -> str:
-        """Return why a load that rotates a section can get no node at its station; empty if it can."""
+        """Return the reason why no node is at a section that a load acts on, or "" if there is one.
+
+        Tendons with guides and forces off the axis need a node within 1e-6 of the length from each guide or from the
+        force. Other tendons must not wind too much within a segment.
+        """
         action = load.thing.action
         if isinstance(action, TendonLoad) and action.guides is None:
             return self._tendon_winding_message(case, action)
@@ -131,7 +135,7 @@ class Beam6Dof(Model):
             return ""
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
-        return "" if near else f"{what}, too far from a node: use more segments"
+        return "" if near else f"{what} at a point too far from a node: use more segments"
 
     def _tendon_winding_message(self, case: Case, action: TendonLoad) -> str:
         """Return a message if a tendon winds by more than 90 degrees within a segment; else an empty text."""
@@ -160,7 +164,7 @@ class Beam6Dof(Model):
                 if "some" in cover | between
                 else "selects no cross-section at a node"
                 if cover == {"none"}
-                else f"holds single components of {'an oblique' if straight else 'a curved'} beam"
+                else f"constrains only some components of {'an oblique' if straight else 'a curved'} beam"
                 if oblique
                 else "rotates sections about an axis that its components leave free"
                 if support.thing.turns and _rotates_about_free_axis(case, support)
@@ -173,7 +177,7 @@ class Beam6Dof(Model):
                         support.at("where"),
                         f"`{declared.name}` cannot represent the support `{support.name}`",
                         reason,
-                        "hold whole cross-sections: write a condition that holds at a node of the axis",
+                        "constrain whole cross-sections: write a condition that is true at a node of the axis",
                     )
                 )
         return found
@@ -181,7 +185,7 @@ class Beam6Dof(Model):
     def _constraint_errors(self, case: Case) -> list[Diagnostic]:
         """Return errors if supports conflict or leave the beam free to move."""
         if not case.supports or self._has_disjoint_clamps(case):
-            return []  # none is said of the body
+            return []  # no error is possible for these supports
         from softmark.interpreter.models.beam.beam_supports import constrained_dofs
 
         try:
@@ -191,7 +195,10 @@ class Beam6Dof(Model):
         return []
 
     def _has_disjoint_clamps(self, case: Case) -> bool:
-        """Return whether supports are clamps of different sections that leave a section free; one clamp counts."""
+        """Return whether the supports are clamps that neither overlap nor hold all nodes, so that they cannot conflict.
+
+        A single clamp satisfies this.
+        """
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
         if len(case.supports) == 1:
@@ -233,7 +240,7 @@ class Beam6Dof(Model):
                 declared.at(),
                 f"the beam is only {ratio:.1f} times as long as deep",
                 "not slender: beam theory is inaccurate",
-                "below a ratio of about 3 sections warp: compare with `fem(...)`",
+                "below a ratio of about 3, sections warp: compare with `fem(...)`",
             )
         ]
 
@@ -244,7 +251,7 @@ class Beam6Dof(Model):
         loads.
         """
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
-        inner = set(range(1, self.segments))  # that may move
+        inner = set(range(1, self.segments))  # indices of the nodes that may be moved
         places = {b for support in case.supports for b in selection_borders(support.thing.where, case.prism)}
         for border in sorted(places | _eccentric_stations(case)):
             if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):
@@ -259,7 +266,7 @@ class Beam6Dof(Model):
         return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan."""
+        """Return a one-line description of the model for `dsl plan`."""
         return f"{self.segments} {self._description_without_segments}"
 
     @property
@@ -269,7 +276,7 @@ class Beam6Dof(Model):
         return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
 
     def kind(self, case: Case) -> ModelKind:
-        """Return the family of the model: all its properties except the number of segments."""
+        """Return the kind of the model: its description without the number of segments, and that number as text."""
         return ModelKind(self._description_without_segments, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
@@ -301,7 +308,7 @@ def _no_axis_error(declared: Declared, case: Case) -> Diagnostic:
 
 
 def _rotates_about_free_axis(case: Case, support: Declared) -> bool:
-    """Return whether a support rotates sections about an axis along which its components leave them free."""
+    """Return whether a support prescribes a rotation of sections about an axis about which it does not hold them."""
     if len(support.thing.components) == 3:
         return False
     from softmark.interpreter.models.beam.beam_supports import rotates_free_sections
@@ -310,7 +317,10 @@ def _rotates_about_free_axis(case: Case, support: Declared) -> bool:
 
 
 def _position_field_name(action: Any, case: Case) -> str:
-    """Return the name of the field that places a load; for a tendon, that of the end that lies beyond the beam."""
+    """Return the name of the field that states where a load acts: `at`, `where`, `from` or, for a tendon, `to`.
+
+    A tendon has `from` and `to`; the result is `to` only if it alone lies beyond the beam.
+    """
     if isinstance(action, TendonLoad):
         return (
             "to"
@@ -326,7 +336,7 @@ def _is_axis_aligned(axis: tuple[float, ...]) -> bool:
 
 
 def _unsupported_load(load: Declared, case: Case) -> str:
-    """Return why a beam cannot represent a load; empty if it can."""
+    """Return the reason why a beam cannot represent a load, or "" if it can."""
     match load.thing.action:
         case BodyForce():
             return ""

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_problem import Statics
 
-NUDGE = 1e-6  # of a radian and of a metre: so small a motion is linear in double precision
+NUDGE = 1e-6  # rad and m: a motion so small that it is linear in double precision
 
 
 @dataclass(frozen=True)

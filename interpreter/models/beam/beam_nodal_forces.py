@@ -54,7 +54,10 @@ def _load_forces(load: Energy, x: Floats, count: int) -> Floats:
 
 
 def _strain_energy(elastic: RodElastic, x: Floats) -> float:
-    """Return the strain energy of a state x, J, without the modes that are switched off, which are constraints."""
+    """Return the strain energy, J, of a rod in a state x (dofs,).
+
+    Shear or axial strain that the scene switches off is a constraint and contributes nothing.
+    """
     modes = elastic.mode_energies(x)
     modes[list(elastic.stiffness.rigid)] = 0.0
     return float(modes.sum())

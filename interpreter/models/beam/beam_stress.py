@@ -28,15 +28,17 @@ from softmark.solvers.stress_recovery.stress_measures import Tensors
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Section
 
-AROUND = 1e-9  # of the length: a place beyond the end is at the end
+AROUND = 1e-9  # of the length: a point so little beyond the end counts as at the end
 
 
 @dataclass(frozen=True)
 class Piece:
-    """One straight or curved axis: `stations` of nodes (k,), m, and their undeformed and deformed states (k, 7).
+    """Axis of one beam or frame member, straight or curved, with its state and its element forces.
 
-    `ends` (k - 1, 12) are the forces and moments at both ends of each element, forces in space, N, and moments
-    about the axes of the nodes, N m. `lines` (k - 1, 3) are the line loads along each element, N/m.
+    `stations` (k,), m, are the positions of its nodes along the axis; `rest` and `now` (k, 7) are their undeformed and
+    deformed positions and quaternions. `ends` (k - 1, 12) are the forces and moments at both ends of each element,
+    forces in space, N, and moments about the axes of the nodes, N m. `lines` (k - 1, 3) are the line loads along each
+    element, N/m.
     """
 
     shape: Swept
@@ -77,7 +79,11 @@ class Piece:
 
 @dataclass(frozen=True)
 class SectionStresses(AnalyticField):
-    """Stress field of beams made of one material; `nearest` returns the index of the piece nearest to points (n, 3)."""
+    """Stress field of beams made of one material.
+
+    `pieces` are the axes of the beams. `nearest` is a function that returns, for points (n, 3), m, the index of the
+    nearest axis (n,).
+    """
 
     pieces: Sequence[Piece]
     case: Case
@@ -92,7 +98,7 @@ class SectionStresses(AnalyticField):
         return Tensors(six, H, False)
 
     def _stress_and_displacement_gradient(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
-        """Return the stress (n, 6), Pa, and the gradient du/dX (n, 9) at points X (n, 3), m, of one piece."""
+        """Return the stress (n, 6), Pa, and the gradient du/dX (n, 9) at points X (n, 3), m, of one beam axis."""
         s, u, v = piece.shape.coordinates(X)
         carried, start, R = piece.carried(s)
         along = self._section_stress_components(piece.shape, s, carried, u, v)
@@ -123,7 +129,7 @@ class SectionStresses(AnalyticField):
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Root mean squares of stress, Pa, strain and deviatoric stress, Pa, over samples amid elements."""
+        """Root mean squares of stress, Pa, strain and deviatoric stress, Pa, over points midway along elements."""
         at = [self.at(_section_sample_points(piece.shape, piece.stations)) for piece in self.pieces]
         sigma = np.concatenate([tensors.cauchy for tensors in at])
         strain = np.concatenate([tensors.strain("green") for tensors in at])

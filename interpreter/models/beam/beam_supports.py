@@ -47,7 +47,7 @@ def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Float
     found, target = held.finished()
     way = held.turns(found, target, points_of(case, np.array(stations)), 6)
     if way is not None:
-        _support_constraints(case, stations, way.early)  # on the way there supports must agree too
+        _support_constraints(case, stations, way.early)  # supports must also agree at smaller load fractions
     return found, target, way
 
 
@@ -82,7 +82,10 @@ def _support_constraints(case: Case, stations: Sequence[float], share: float) ->
 
 
 def rotates_free_sections(case: Case, support: Declared) -> bool:
-    """Return whether a support rotates sections about an axis along which their rotation is free."""
+    """Return whether a support prescribes a rotation of sections about an axis about which it does not hold them.
+
+    The displacement components that a support holds determine which rotations it prevents.
+    """
     left = set(range(3)) - set(_prevented_rotations(case.prism.axis, support.thing.components))
     return any(abs(support.thing.rotation[t]) > 0.0 for t in left)
 

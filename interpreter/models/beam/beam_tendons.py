@@ -20,7 +20,7 @@ from softmark.solvers.energies.rod_tendons import RodTendons
 if TYPE_CHECKING:
     from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart
 
-NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, and beam theory has ended long before
+NEAR = 0.2  # of their undeformed distance: nearer guides would touch, far beyond the validity of beam theory
 
 
 def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:

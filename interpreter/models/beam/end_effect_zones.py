@@ -20,7 +20,11 @@ from softmark.solvers.mesh.shape import Swept, Vector3
 
 
 def nearby_disturbance(case: Case, thing: Any, X: Floats) -> str | None:
-    """Return the name of a support, load or joint within one width of a point of X (n, 3), m; else None."""
+    """Return a support, load or joint that disturbs the stress at one of the points X (n, 3), m, as text; else None.
+
+    It disturbs the stress within one section width along the axis. `thing` is the declaration of the beam or frame
+    model.
+    """
     if not len(X):
         return None
     axis, width = _nearest_axis_points_and_widths(case, X)
@@ -48,7 +52,10 @@ def _axis_points_and_widths(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
 
 
 def _disturbed_places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
-    """Yield the name and the place on the axis, m, of each support, load and joint."""
+    """Yield the places on the axes, m, at which a support, load or joint acts, each with its name as text.
+
+    `thing` is the declaration of the beam or frame model.
+    """
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at):
@@ -72,7 +79,10 @@ def _nearest_axis_point(case: Case, at: Vector3) -> Vector3:
 
 
 def _selected_places(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
-    """Yield the points of axes, m, that a condition selects: ends or nodes."""
+    """Yield the points on the axes, m, that a condition `where` selects: ends of beams and nodes.
+
+    `thing` is the declaration of the beam or frame model.
+    """
     if isinstance(network := case.shape, Network):
         from softmark.interpreter.models.beam_frame import frame_selection
 

@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.mesh.shape import Section
 
-FLAT = 4.0  # times as wide as thick: from here on a section is one of a strip
+FLAT = 4.0  # ratio of width to thickness above which a section is a strip
 CLAMPED, STRIP = (
     1.6,
     3.2,
-)  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
-WARPED = 2.25  # times the twist lost to warping: half-way to the end it is twice as much of the twist
-SQUARE = 0.15  # part of that of a strip which a square loses: solids lose 0.024 widths at each clamp
-GRIPPED = 0.6  # the same of a rod that is pulled, at each clamp
-THICK = 0.3  # times (width / length)^2
-SEEN = 0.02  # of the stiffness: what is worth a warning
+)  # factors of plate(nu) width / length at each clamp: square and round sections, flat sections
+WARPED = 2.25  # factor of the lost twist: half-way to the end, the loss is twice as large relative to the twist
+SQUARE = 0.15  # ratio of the lost twist of a square to that of a strip: solids lose 0.024 widths at each clamp
+GRIPPED = 0.6  # factor of plate(nu) width / length at each clamp for a rod under tension
+THICK = 0.3  # factor of (width / length)^2
+SEEN = 0.02  # of the stiffness: smallest change that causes a warning
 
 
 def remaining_anticlastic_curvature(theta: float) -> float:
@@ -89,13 +89,13 @@ def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
         "W382",
         declared.at(),
         f"a section {wide / thin:.3g} times as wide as thick bends partly like a plate",
-        f"up to {100 * most:.2g} % stiffer than this model",
-        "clamps and sharp bends keep the section from curling across its width: compare with `fem(...)`",
+        f"the body may be {100 * most:.2g} % stiffer than this model",
+        "near clamps and sharp bends the section cannot curl across its width: compare with `fem(...)`",
     )
 
 
 def clamp_effect_on_bending(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
-    """Return a conservative estimate of the relative effect of clamps and thickness that beam theory neglects.
+    """Return a conservative relative error of beam theory in bending, because it ignores clamps and thickness.
 
     A clamp keeps its section from changing shape over CLAMPED / 4 of the width, where the body is as stiff as a
     plate; this effect is larger for flat sections. The other effects decrease with the square of width over length,
@@ -108,7 +108,7 @@ def clamp_effect_on_bending(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return a conservative estimate of the relative effect of clamps and thickness on the twist of a rod.
+    """Return a conservative relative error of the twist of a rod, because beam theory ignores clamps and thickness.
 
     A clamp keeps its section from warping, which removes the twist of a length sqrt(E C / (G J)). For a thin strip,
     with C = b^3 t^3 / 144 and J = b t^3 / 3, that length is the width times sqrt((1 + nu) / 24). Squares warp
@@ -123,7 +123,7 @@ def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return a conservative estimate of the relative effect of clamps on the stretch of a rod under tension.
+    """Return a conservative relative error of the stretch of a rod in tension, because beam theory ignores clamps.
 
     A clamp keeps its section from contracting. For round rods of any length this reduces the end displacement by
     0.27 plate(nu) width / length, and the displacement at half length by twice that, as axisymmetric solids show.
@@ -132,9 +132,10 @@ def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spa
 
 
 def bending_share(section: Section, length: float, bent: float, stretched: float) -> float:
-    """Return the fraction of bending in the displacement of a rod, 0 to 1, from its bending and stretch strains.
+    """Return the ratio of a rod's displacements by bending and by stretch, at most 1.
 
-    For equal strains, bending displaces the rod by length over width times as much as stretch does.
+    `bent` and `stretched` are the strains of bending and of stretch. For equal strains, bending displaces the rod by
+    length over width times as much as stretch does.
     """
     far = 4.0 * bent * length / max(section.extents)
     return min(1.0, far / stretched) if stretched > 0.0 else 1.0

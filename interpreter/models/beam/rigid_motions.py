@@ -8,12 +8,15 @@ from softmark.interpreter.language import units
 from softmark.solvers.energies.energy import Floats
 
 AXES = "xyz"
-ALIGNED = 1e-6  # of a direction that is named by an axis
-LEVEL = 1e-9  # of the largest singular value: less is nothing
+ALIGNED = 1e-6  # tolerance of a direction that is described by an axis name
+LEVEL = 1e-9  # of the largest singular value: smaller ones count as zero
 
 
 def point_rows(points: Floats, components: tuple[int, ...]) -> Floats:
-    """Return the displacement `components` of `points` (n, 3) in six rigid motions, as rows (n len(components), 6)."""
+    """Return the displacement `components` of `points` (n, 3) in six unit rigid motions (n len(components), 6).
+
+    The columns are three translations followed by three rotations.
+    """
     rows = np.zeros((len(points), 3, 6))
     rows[:, :, :3] = np.eye(3)
     x, y, z = points.T
@@ -58,7 +61,7 @@ def _null_space_of_rows(rows: Floats) -> Floats:
 
 def _free_translations(null: Floats) -> Floats:
     """Return the directions (t, 3) of free translations."""
-    _, s, vt = np.linalg.svd(null[:, 3:].T, full_matrices=True)  # which combinations have no turn
+    _, s, vt = np.linalg.svd(null[:, 3:].T, full_matrices=True)  # combinations without rotation
     rank = int(np.sum(s > 1e-7))
     return _basis(vt[rank:] @ null[:, :3])
 

@@ -21,7 +21,7 @@ from softmark.solvers.energies.rod_section import RodSection
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Section, Swept
 
-MANY = 32  # elements: of so many each tapers so little that fewer places do, to the same digits
+MANY = 32  # number of elements from which each tapers so little that fewer points give the same digits
 
 
 def section_properties(section: Section, material: Any) -> RodSection:

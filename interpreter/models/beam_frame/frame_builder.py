@@ -47,10 +47,10 @@ class PreparedNetwork(Meshless):
 
     declared: Declared
     layout: Layout
-    elastic: RodElastic  # the members as one
+    elastic: RodElastic  # elastic energy of all members
     problem: Statics
     size: dict[str, int]
-    applied: tuple[tuple[Declared, Energy], ...]  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...]  # each load separately
 
     @property
     def points(self) -> Floats:
@@ -111,11 +111,11 @@ def _loaded_interval_of_member(network: Network, member: int, line: LineForce) -
 
 
 def load(model: Frame6Dof) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build the static or dynamic frame model. Raises Fault."""
+    """Return the frame model of a case: a static one, or a dynamic one for a dynamic analysis. Raises Fault."""
     layout = Layout.of(case, model.segments)
     fixed, target = layout.held()
     held = np.zeros((layout.count, 6), dtype=bool)
@@ -134,7 +134,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildCon
         case.analysis.tolerance,
         case.analysis.max_iterations,
         jumped=space.jumped,
-        bold=bool(np.any(target)),  # where members close a loop, what is imposed bends all of them at once
+        bold=bool(np.any(target)),  # in a closed loop an imposed displacement bends all members at once
         extent=extent,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),
         path=case.analysis.path,

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.frame_shapes import Network
 
 Vector3 = tuple[float, float, float]
-SLENDER = 3.0  # times as long as deep
-CLEAR = 1e-3  # of a distance: a lever that is plain
+SLENDER = 3.0  # smallest ratio of length to depth of a slender member
+CLEAR = 1e-3  # of a distance: smallest lever arm that counts
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Frame6Dof(Model):
         return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan."""
+        """Return a one-line description of the model for `dsl plan`."""
         pairs = getattr(case.body.thing, "members", ())
         return f"{len(pairs)} members of {self.segments} {self._description_without_segments}"
 
@@ -93,7 +93,7 @@ class Frame6Dof(Model):
         return "beam segments each, no mesh"
 
     def kind(self, case: Case) -> ModelKind:
-        """Return the family of the model: all its properties except the number of segments."""
+        """Return the kind of the model: its description without the number of segments, and that number as text."""
         return ModelKind(self._description_without_segments, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
@@ -200,7 +200,7 @@ def _slenderness_warnings(declared: Declared, network: Network) -> Iterator[Diag
                 declared.at(),
                 f"member {number} is only {ratio:.1f} times as long as deep",
                 "not slender: beam theory is inaccurate",
-                "below a ratio of about 3 sections warp, and joints are as large as members: compare with `fem(...)`",
+                "below a ratio of about 3, sections warp and joints are as large as members: compare with `fem(...)`",
             )
             return
 

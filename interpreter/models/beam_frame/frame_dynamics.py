@@ -54,7 +54,7 @@ def build_frame_dynamics(
 
 def _forces_at_points(layout: Layout, energy: Energy) -> Floats:
     """Return the dead nodal forces of a load, summed at the points of the network (p, 3), N."""
-    assert isinstance(energy, RodForces)  # what turns sections in motion is refused
+    assert isinstance(energy, RodForces)  # validation refuses moments in dynamics
     found = np.zeros((layout.count, 3))
     np.add.at(found, layout.point, energy.forces)
     return found

@@ -22,7 +22,7 @@ from softmark.solvers.energies.rod_state import chain_elements, rod_from_frames
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.shape import transverse
 
-ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
+ALIGNED = 1e-9  # distance of unit vectors: nearer hinge axes count as one
 
 
 @dataclass(frozen=True)

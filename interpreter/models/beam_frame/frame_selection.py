@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.frame_shapes import Member, Network
     from softmark.solvers.mesh.shape import Vector3
 
-HALVINGS = 12  # of a member, in which bounds decide what a condition selects of it
-END = 1e-3  # of a member: what is selected this near to its end is the end
+HALVINGS = 12  # number of bisections of a member by which bounds of a condition are evaluated
+END = 1e-3  # of a member: a selection this near to its end counts as the end
 
 
 @lru_cache(maxsize=256)

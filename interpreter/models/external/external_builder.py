@@ -52,26 +52,26 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
-BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
-HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
-VAGUE = 0.1  # of the loads: with a larger effect of its digits an answer cannot be checked
-TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
-OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
+BALANCED = 1e-4  # of the larger of loads and reactions: largest residual of a program's results in our equations
+HELD = 1e-6  # of the largest displacement: tolerance of the position of a held node
+VAGUE = 0.1  # of the loads: if rounding of the results has a larger effect, they cannot be checked
+TOLD = 3.0  # safety factor of the residual caused by rounding, which is estimated from one random sample
+OURS = ("iterations", "steps", "history", "started")  # report entries about our own solver
 NOT_KNOWN = "an external program solved it, and its tangent stiffness is not available"
 
 
 @dataclass(frozen=True)
 class PreparedOutside:
-    """Model that an external program solves, with `solid`, our model on the same mesh.
+    """Static model that an external program solves.
 
-    Our model defines the problem and checks the results.
+    `solid` is softmark's own finite element model on the same mesh. It defines the problem and checks the results.
     """
 
     model: ExternalModel
     declared: Declared
     case: Case
     solid: PreparedSolid
-    lost: ClassVar[Status] = "not_converged"  # where the program says itself that it found nothing
+    lost: ClassVar[Status] = "not_converged"  # status if the program itself reports no solution
     unsettled: ClassVar[str] = "{title} reports no solution: {why}"
 
     @property
@@ -81,17 +81,17 @@ class PreparedOutside:
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about the mesh of our model."""
+        """Warnings about the mesh, found while softmark's own model was built."""
         return self.solid.notes
 
     @property
     def mesh(self) -> Mesh:
-        """Mesh of our model."""
+        """Mesh of the body, which the program and softmark's own model share."""
         return self.solid.mesh
 
     @property
     def assembly(self) -> Assembly:
-        """Assembly of our model."""
+        """Energies and loads of softmark's own model, in terms of nodal displacements."""
         return self.solid.assembly
 
     @property
@@ -184,7 +184,10 @@ class PreparedOutside:
     # ------------------------------------------------------------------ judging
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
-        """Return the solution with displacements u (n, 3), m, after checking their residual in our equations."""
+        """Return the solution with displacements u (n, 3), m, after checking their residual in softmark's equations.
+
+        `known` are entries of its report.
+        """
         title, x = self.model.program_entry.title, u.ravel()
         held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
         moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
@@ -215,7 +218,7 @@ class PreparedOutside:
         return self._with_program_facts(self.solid.finish(state), known)
 
     def _unbalanced_message(self, residual: float, allowed: float) -> str:
-        """Return the message for a residual, relative to loads, that exceeds the allowed one."""
+        """Return the error message for a residual, relative to the loads, that exceeds the `allowed` one."""
         title = self.model.program_entry.title
         if not np.isfinite(residual):
             return f"the displacements of {title} are not valid: cells are inverted"
@@ -238,7 +241,10 @@ class PreparedOutside:
         return apart if np.isfinite(apart) else 0.0
 
     def _with_program_facts(self, found: Solution, known: dict[str, Any]) -> Solution:
-        """Return a solution with our description of the program, and without facts about our own solver."""
+        """Return a solution whose report describes the program, not softmark's own solver.
+
+        `known` are the report entries about the program. Frequencies are not available.
+        """
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}
         facts |= {"criterion": "residual of the program's displacements in softmark's equations"}
@@ -271,7 +277,7 @@ class PreparedExternalDynamics(PreparedOutside):
 
         Equilibrium is not checked, because the mechanical model is the program's own.
         """
-        moved = problem.held[:, 1] < 3  # the others are turns of sections
+        moved = problem.held[:, 1] < 3  # the other components are rotations of sections
         node, component = problem.held[moved].T
         slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
         title, known = (
@@ -300,8 +306,11 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
 
 
 def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
-    """Return the solution time of a program by its own clock; otherwise its total or process time as an upper bound."""
-    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
+    """Return the solution time of a program, measured by its own clock if it has one.
+
+    Otherwise its total time, or the time of its process, is an upper bound.
+    """
+    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # CPU time of all threads
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:
         return ElapsedTime(solve, min(cpu, threads * solve), False)
@@ -311,12 +320,15 @@ def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
 
 
 def load(model: ExternalSolver) -> None:
-    """Import the modules that building needs."""
+    """Import the libraries that `prepare` needs, so that their import does not count as building time."""
     fem.load(model.solid)
 
 
 def prepare(model: ExternalSolver, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build our static model for transfer and checks, or a placeholder if it is not supported. Raises Fault."""
+    """Return the model that an external program solves, static or dynamic. Raises Fault.
+
+    If the program does not support the scene, the result is a placeholder with the reason.
+    """
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
     if isinstance(case.analysis, Dynamic):

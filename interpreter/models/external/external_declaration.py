@@ -164,13 +164,16 @@ class ExternalSolver(ExternalModel):
             yield "several materials", "its adapter supports one material for the whole body"
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan and the report."""
+        """Return a one-line description of the model for `dsl plan` and the report."""
         means = f"; {self.program_entry.moves}" if self.program_entry.moves else ""
         means += "" if self.program_entry.tried else "; this adapter has never been run with the program"
         return f"{self.program_entry.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model: all its properties except its size; None without a family."""
+        """Return the kind of the model: its description without mesh size, the mesh size, and Poisson's ratio.
+
+        The result is None if the mesh has no size, because it is read from a file.
+        """
         solid = self.solid.kind(case)
         if solid is None:
             return None

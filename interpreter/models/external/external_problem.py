@@ -19,22 +19,22 @@ Ints = NDArray[np.int64]
 
 
 class NoAnswer(Exception):
-    """Error that a program has left no readable results, with a message for users."""
+    """Error that an external program has left no readable results, with a message for users."""
 
 
 class ExternalNotConverged(NoAnswer):
-    """Error that a program reports no convergence, or that its motion is invalid, with a message for users."""
+    """Error that an external program did not converge, or that its motion is invalid, with a message for users."""
 
 
 @dataclass(frozen=True)
 class ExternalMaterial:
-    """Material: the name of its law in the language, its constants in SI by name, and its cells (k,)."""
+    """Material of a problem: the name of its law in scenes, its constants in SI by name, and its cells (k,)."""
 
     law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
     constants: Mapping[str, float]
     density: float | None
     cells: Ints
-    choices: Mapping[str, str] = field(default_factory=dict)  # its words: volumetric = logarithmic
+    choices: Mapping[str, str] = field(default_factory=dict)  # choices of the law, such as volumetric = logarithmic
 
     @property
     def lame(self) -> tuple[float, float]:
@@ -58,12 +58,15 @@ class Motion:
     damping_mass: float = 0.0  # a, 1/s
     damping_stiffness: float = 0.0  # b, s
     explicit: bool = False  # explicit time steps
-    iterations: int | None = None  # of a step; None: as many as the program takes by itself
+    iterations: int | None = None  # iterations of a step; None: the program's own default
 
 
 @dataclass(frozen=True)
 class Section:
-    """Constant cross-section of a rod; `axes` (3, 3) are e1, e2, e3 as columns, undeformed, with e1 along the rod."""
+    """Constant cross-section of a rod: area, stiffness and rotary inertia.
+
+    `axes` (3, 3) are the undeformed unit vectors e1, e2, e3 as columns, with e1 along the rod.
+    """
 
     area: float  # m^2
     stiffness: Floats  # (6,) to stretch, shears along e2 and e3, N; to twist, bendings about e2 and e3, N m^2
@@ -94,7 +97,7 @@ class Problem:
     forces: Floats
     shares: tuple[float, ...] = (1.0,)
     tolerance: float = 1e-8  # of the residual
-    values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
+    values_of_states: tuple[float, ...] = ()  # values of states, such as 0.125; may be empty
     motion: Motion | None = None
     section: Section | None = None
     named: Named | None = None  # named parts, for a program that receives loads by name
@@ -109,7 +112,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Answer:
-    """Results of a program: displacements `u` (s, n, 3), m, in the requested states.
+    """Results of an external program: displacements `u` (s, n, 3), m, in the requested states.
 
     For a motion the states are those after the requested steps; for a rod, `turned` are the section axes, as
     columns. `settled` is whether the program's log reports convergence, None if unknown. `clocks` are the times
@@ -121,8 +124,8 @@ class Answer:
     settled: bool | None = None
     iterations: int | None = None
     clocks: Mapping[str, float] = field(default_factory=dict)
-    said: str = ""  # what of its log a user should see
+    said: str = ""  # messages of its log for the user
     rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
-    steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
-    turned: Floats | None = None  # (s, n, 3, 3) of the nodes of a rod
-    unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did
+    steps_s: Floats | None = None  # (count,) s that each step of a motion took, by the program's clock
+    turned: Floats | None = None  # (s, n, 3, 3) section axes at the nodes of a rod
+    unsolved: int = 0  # number of steps of a motion that did not converge, or may not have

@@ -28,14 +28,14 @@ from softmark.records import dataclass
 
 How = Literal["done", "timed_out", "flooded", "out_of_memory", "died", "unstarted"]
 
-LOG = "log.txt"  # in the folder: its output
-MOST = 2**20  # bytes that it may say
-FILE = 0.25  # of its memory: what one of its files may have, which is read here
-LINES, WIDE = 8, 160  # of its last words: how many, and of how many characters each
-TICK = 0.02  # s between two looks
-GRACE = 2.0  # s that what was killed may take to go
-ROUNDS = 5  # of looking for processes that it left behind, which may start others meanwhile
-MARK = "SOFTMARK_OUTSIDE"  # in the environment of all that a program starts
+LOG = "log.txt"  # output file in the folder of the program
+MOST = 2**20  # largest size of its output, bytes
+FILE = 0.25  # of its memory limit: largest size of one file, because files are read here
+LINES, WIDE = 8, 160  # number of last output lines that are shown, and characters of each
+TICK = 0.02  # s between two checks of the process
+GRACE = 2.0  # s that a killed process may take to end
+ROUNDS = 5  # number of searches for processes left behind, which may start others meanwhile
+MARK = "SOFTMARK_OUTSIDE"  # environment variable that marks all processes of a program
 ALONE = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS", "NUMBA", "NGS", "VECLIB")}
 LAUNCH = (sys.executable, "-I", "-S", str(Path(__file__).with_name("limited_launcher.py")))
 
@@ -50,12 +50,12 @@ _MEMORY = re.compile(
 
 @dataclass(frozen=True)
 class End:
-    """Ending of a program: how it ended, its wall time and CPU time, s, and the last lines of its output."""
+    """Ending of an external program: how it ended, its wall time and CPU time, s, and the last lines of its output."""
 
     how: How
     code: int | None  # its exit status, or less than 0: the signal that ended it
     wall_s: float
-    cpu_s: float | None  # None of one that was stopped
+    cpu_s: float | None  # None for a program that was stopped
     last: tuple[str, ...]
     why: str  # in words for users
 

@@ -71,7 +71,11 @@ class ExternalModel(Model):
         return f"{self.program_entry.title} cannot represent {', '.join(each)}"
 
     def of_steps(self, case: Case) -> Iterator[Reason]:
-        """Yield invalid time step options, with reasons: a static program, or steps that do not end with the motion."""
+        """Yield each invalid time step option of the model, with a reason.
+
+        `step` and `iterations` are invalid for a static program. `step` is also invalid if the duration of the motion
+        is not a whole number of steps.
+        """
         if not self.program_entry.moves:
             for name in ("step", "iterations"):
                 if getattr(self, name) is not None:

@@ -14,7 +14,7 @@ import signal
 import sys
 
 PR_SET_PDEATHSIG = 1
-MISSING = 127  # as of a shell
+MISSING = 127  # exit status of a missing program, as in a shell
 
 
 def main() -> None:
@@ -33,7 +33,10 @@ def main() -> None:
 
 
 def limit(which: int, asked: int) -> None:
-    """Set a resource limit to `asked`, or to our own limit if that is lower, because only root may raise limits."""
+    """Set the resource limit `which` to `asked`, or to the present hard limit if that is lower.
+
+    Only root may raise a hard limit.
+    """
     _, own = resource.getrlimit(which)
     least = asked if own == resource.RLIM_INFINITY else min(asked, own)
     resource.setrlimit(which, (least, least))
@@ -46,7 +49,7 @@ def _kill_on_parent_exit(parent: int) -> None:
     import ctypes
 
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it went before this stood
+    if os.getppid() != parent:  # the parent ended before this setting took effect
         os._exit(1)
 
 

@@ -53,7 +53,12 @@ def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
 
 
 def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
-    """Return features of the mesh, supports and loads that a `Problem` cannot express, whatever the solver."""
+    """Return features of the analysis, body and supports that a `Problem` cannot express, with reasons.
+
+    They exclude every program.
+
+    `moves` is true for a program that integrates in time.
+    """
     if not isinstance(model, Fem):
         return [("the model", "only `fem(...)` has cells, nodes and a law that other programs know")]
     analysis = unsupported_motion(case) if moves else _untransferable_analysis_features(case)
@@ -148,7 +153,7 @@ def _unsupported_supports(case: Case) -> Iterator[Reason]:
 
 
 def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
-    """Yield follower loads, which cannot be transferred, with reasons."""
+    """Yield the loads that cannot be transferred, with reasons: those that follow the deformed surface."""
     for load in case.loads:
         action = load.thing.action
         if not action.dead and (model.strain != "small" or action.balanced):
@@ -158,9 +163,9 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
 def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
     """Return the problem of a prepared `fem(...)` model in a case, or in one state of it. Raises NotTransferable.
 
-    Problems at small strain have the initial moduli of any material, so that their law is `linear_elastic`.
-    Problems with a motion also have initial moduli, but keep the name of the law. With `mesh`, only the mesh is
-    needed, and forces are those on the undeformed body.
+    Problems at small strain have the initial moduli of any material, so that their law is `linear_elastic`. Problems
+    with a motion also have initial moduli, but keep the name of the law. If `mesh` is true, the caller uses only the
+    mesh, and forces are those on the undeformed body.
     """
     import numpy as np
 

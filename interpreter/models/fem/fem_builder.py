@@ -65,15 +65,15 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.static_equilibrium import Watch
 
-FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
-GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a St Venant-Kirchhoff solid peaks
+FLAT = 0.25  # stretch of a cell below which a corotational state is no suitable start
+GIVES_WAY = 3.0**-0.5  # stretch at which the compressive stress of a St Venant-Kirchhoff solid is largest
 
 
 @dataclass(frozen=True)
 class PreparedSolid(MeshBasedModel):
     """Finite element model on a mesh, with its elastic energies and its static problem.
 
-    `elastic` is the material law at all quadrature points.
+    `elastic` evaluates the material law at all quadrature points.
     """
 
     model: Fem
@@ -84,21 +84,21 @@ class PreparedSolid(MeshBasedModel):
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
-    first: GuessModel | None = None  # the model whose solution is started from
-    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
+    first: GuessModel | None = None  # model whose solution is the initial guess
+    before: Floats | None = None  # nodal displacements (3 n,) of the previous state, m, used as start
     disturbance: Disturbance | None = None
-    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # each load separately
     pieces: tuple[MaterialRegion, ...] = ()  # the cells of every material
-    beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # springs that it lies on
+    beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # foundations, ties and self-contacts, by name
     axial: bool = False  # it is a body of revolution
-    muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
-    contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # rigid bodies that it must not pass
-    rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
-    loose: UnsupportedBody | None = None  # supports leave it free, and what it touches must hold it
+    muscles: tuple[tuple[Declared, Energy], ...] = ()  # active energy of each muscle
+    contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # contacts with rigid bodies, by name
+    rubbed: Past = field(default_factory=dict)  # friction history of the previous state, by contact
+    loose: UnsupportedBody | None = None  # set if supports leave the body free and contact must hold it
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
-        """Loads and muscles, each separately, that is everything that amplitudes scale."""
+        """Energies of loads and muscles, one of each, which are all energies that an amplitude scales."""
         return (*self.applied, *self.muscles)
 
     def warm(self) -> None:
@@ -166,7 +166,7 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def _interaction_energy_count(self) -> int:
-        """Number of internal energies other than those of the cells."""
+        """Number of internal energies that do not belong to cells, such as those of foundations."""
         return len(self.beds) + (self.loose is not None)
 
     def _find_equilibrium(self, problem: Statics) -> Equilibrium:
@@ -219,7 +219,7 @@ class PreparedSolid(MeshBasedModel):
         return replace(seen, carried=cache(lambda: self._nodal_forces(found.x, x, beside, met["rubbed"])))
 
     def carried_in(self, state: Floats) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state (dofs,), with the initial contacts and without friction history."""
+        """Return the nodal forces in a state (dofs,), with contacts as they are initially and no friction history."""
         return self._nodal_forces(state, self.unknowns.moved(state), self.contacts, {})
 
     def mass(self) -> Any:
@@ -229,7 +229,10 @@ class PreparedSolid(MeshBasedModel):
     def _nodal_forces(
         self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
     ) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state with these contacts (`beside`) and this friction history (`rubbed`)."""
+        """Return the nodal forces in a state with displacements u (3 n,), m.
+
+        `beside` are the contacts in that state, and `rubbed` is the friction history, each by contact.
+        """
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.assembly_without_stabilization(self, beside)
@@ -295,7 +298,7 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
-    """Return an energy reduced to its first cell, which compiles the same kernels at negligible cost."""
+    """Return an energy with only its first cell, by which its kernels are compiled at negligible cost."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
@@ -304,7 +307,7 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
 
 
 def load(model: Fem) -> None:
-    """Import the modules that building needs."""
+    """Import the libraries that `prepare` needs, so that their import does not count as building time."""
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
 
@@ -382,7 +385,10 @@ def build_static(
 
 
 def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
-    """Return the regions with passive materials, and the active energy of each muscle, defined over the whole body."""
+    """Return the regions with the passive law of each muscle, and the active energy of each muscle.
+
+    An active energy is defined over all cells of the body.
+    """
     if not any(getattr(own.case.material, "pulls", False) for own in each):
         return each, []
     passive, tensions = [], list[tuple[Declared, Energy]]()

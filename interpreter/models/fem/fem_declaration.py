@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.mesh.shape import Shape
 
-LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
+LARGE_ANGLE = 0.1  # rad: a rotation that appears as 0.5 % strain (1 - cos) in small strain
 PLAIN: dict[str, Any] = {
     "max_iterations": None,
     "max_linear_iterations": None,
@@ -194,7 +194,7 @@ class Fem(HasMaterial, Model):
     def stress_law(self) -> tuple[str, str] | str:
         """Strain measure and volumetric formulation of the stress law, or the reason why the model has no stress."""
         if self.rotation == "element":
-            return "with one rotation per cell forces do not follow from a stress: use `rotation = point`"
+            return "with `rotation = element`, forces do not follow from a stress (use `rotation = point`)"
         volume = "full" if self.integration == "full" else "selective"
         return self.strain, volume if self.formulation == "displacement" else self.formulation
 
@@ -224,7 +224,7 @@ class Fem(HasMaterial, Model):
         return (case.body.name, *self.mesh_key(), *(() if self.mesh else self.cuts(case)))
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """Return the planes and surfaces that need nodes, and those at which cells are finer."""
+        """Return the planes and surfaces on which the mesh needs nodes, and those near which its cells are smaller."""
         found = cuts_of(case, shape)
         if self.refine_at is None or self.refine_factor is None:
             return found
@@ -262,7 +262,7 @@ class Fem(HasMaterial, Model):
         return [d for d in found if d is not None]
 
     def _problems_by_material(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings for each material; those about large rotation only for the stiffest one."""
+        """Return errors and warnings for each material; warnings about large rotations only for the stiffest one."""
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):
@@ -279,7 +279,10 @@ class Fem(HasMaterial, Model):
         return options.check_start(scene, declared, case)
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return an error unless exactly one of `size` and `mesh` is given; None is needed if the body is a mesh."""
+        """Return an error unless the scene states exactly one of `size` and `mesh`, else None.
+
+        A body that is itself read from a mesh file needs neither.
+        """
         prebuilt = self.mesh is None or self.mesh.prebuilt
         both = self.size is not None and self.mesh is not None
         neither = self.size is None and self.mesh is None and not case.shape.prebuilt
@@ -356,7 +359,7 @@ class Fem(HasMaterial, Model):
         )
 
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return an error if the mesh would not fit into memory, or a warning if cells are too large for the body."""
+        """Return an error if the mesh does not fit into memory, or a warning if cells are too large for the body."""
         shape = case.shape
         if self.size is None or shape.bounds is None or not (volume := shape.least) or self._has_mesh_from_file(case):
             return None
@@ -383,8 +386,8 @@ class Fem(HasMaterial, Model):
             return diagnostic(
                 "W312",
                 at,
-                f"the mesh of `{declared.name}` is coarser than the body",
-                f"the body is {units.format_value(least, units.LENGTH)} across",
+                f"the cells of `{declared.name}` are larger than half the thickness of the body",
+                f"the body is {units.format_value(least, units.LENGTH)} thick",
                 "use a smaller size; bending needs four or more cells across the thickness",
             )
         return None
@@ -395,14 +398,15 @@ class Fem(HasMaterial, Model):
         return f"{self.element} {'of the file' if self._has_mesh_from_file(case) else size}"
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan and the report."""
+        """Return a one-line description of the model for `dsl plan` and the report."""
         return f"{self.mesh_words(case)}, {self._describe_options(case, self.material)}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the description of the model that serves to group models which differ only in size or Poisson's ratio.
+        """Return the kind of the model: its description without mesh size, the mesh size, and Poisson's ratio.
 
-        It consists of the element and options, the mesh size, and Poisson's ratio (None if it varies in the body).
-        Returns None if the model has no mesh size or its mesh is read from a file.
+        The description consists of the element and options. Poisson's ratio is None if it varies in the body. The
+        result is None if the model has no mesh size or its mesh is read from a file. Models with equal descriptions are
+        grouped.
         """
         if self.size is None or self._has_mesh_from_file(case):
             return None
@@ -436,5 +440,6 @@ class Fem(HasMaterial, Model):
 
 
 def _describe_iteration_cap(cap: int, case: Case) -> str:
+    """Return a description of the limit on Newton iterations: per time step in dynamics, in total in statics."""
     each = "a step" if isinstance(case.analysis, Dynamic) else "in all"
     return f", capped at {cap} iterations {each}"

@@ -57,7 +57,7 @@ class MeshWithHistory(DeformedBody):
 
     past: DisplacementHistory | None = None
     aged: StateInTime | None = None
-    pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
+    pore_pressure: Floats | None = None  # (n,) Pa, fluid pressure, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the mesh without the material state, for stored reports."""
@@ -74,7 +74,7 @@ class PreparedViscoelastic(MeshBasedModel):
     static: PreparedSolid
     case: Case
     memories: BodyHistory
-    timed: AmplitudeSchedule  # of every load, and of every muscle
+    timed: AmplitudeSchedule  # amplitudes of loads and muscles
     before: StateInTime | None = None
 
     @property
@@ -137,7 +137,7 @@ class PreparedViscoelastic(MeshBasedModel):
     # ------------------------------------------------------------------ time
 
     def instants(self) -> list[InstantLoading]:
-        """Return loads and supports at the end of every step from the previous output time to the present one."""
+        """Return loads and supports at the end of every time step since the previous output time."""
         return self.timed.after(None if self.before is None else self.before.time)
 
     # ------------------------------------------------------------------ solving
@@ -203,7 +203,7 @@ class PreparedViscoelastic(MeshBasedModel):
         return nodal_forces.add_foundation_forces(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
-        """Yield a warning if the dissipated energy decreases in time."""
+        """Yield a warning if the dissipated energy decreases in time, which is physically impossible."""
         yield from dissipation_warnings(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
                              state.memories.unknown)  # fmt: skip
 

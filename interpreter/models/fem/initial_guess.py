@@ -30,7 +30,7 @@ class InitialGuess:
     model: str
     solution: Solution
     x: Floats | None
-    seconds: tuple[float, float]  # wall, CPU, with the interpolation
+    seconds: tuple[float, float]  # wall and CPU time, s, including interpolation
 
     def facts(self, found: Solution) -> dict[str, Any]:
         """Return the `start` part of a report: the other model, its cost, and whether its solution was used."""

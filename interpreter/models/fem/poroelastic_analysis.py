@@ -37,9 +37,9 @@ from softmark.solvers.statics.quasistatic_history import InstantLoading, StateIn
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.fem_declaration import Fem
 
-TIGHT = 1e-12  # of loads and reactions: what states with fluid are solved to, so that none of it is lost
-COARSE = 0.3  # of what has moved, by which methods of first and second order differ: then either is off by a part
-BALANCED = 1e-10  # of the volume that has moved: what may be amiss of the balance of fluid
+TIGHT = 1e-12  # of loads and reactions: tolerance of states with fluid, so that no fluid is lost
+COARSE = 0.3  # of the moved fluid: larger differences of methods of first and second order cause a warning
+BALANCED = 1e-10  # of the moved volume: largest error of the fluid balance
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class PreparedPoroelastic(PreparedViscoelastic):
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
     def instants(self) -> list[InstantLoading]:
-        """Return loads and supports at both stages of every step from the previous output time to the present one."""
+        """Return loads and supports at both stages of every time step since the previous output time."""
         begin = 0.0 if self.before is None else self.before.time
         found: list[InstantLoading] = []
         for end in PreparedViscoelastic.instants(self):
@@ -106,8 +106,8 @@ class PreparedPoroelastic(PreparedViscoelastic):
         yield diagnostic(
             "W394",
             declared.at(),
-            f"the step that ends at {shown} does not resolve the fluid flow during it in `{declared.name}`",
-            "error of about 5 % of the fluid moved",
+            f"the step of `{declared.name}` that ends at {shown} is too long to resolve the fluid flow",
+            "error of about 5 % of the moved fluid",
             "use shorter steps, or evaluate later times: the first step after a load change is inaccurate",
         )
 
@@ -116,7 +116,10 @@ class PreparedPoroelastic(PreparedViscoelastic):
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
     def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state, including those of the fluid pressure."""
+        """Return the nodal forces in a state, including the forces of the fluid pressure.
+
+        `stored` and `lost` are the stored and the dissipated energy, J.
+        """
         found = PreparedViscoelastic._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
         return replace(
@@ -250,8 +253,7 @@ def _smallest_smooth_step(made: PreparedPoroelastic, drained: Ints) -> float:
     h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient.
 
     Source: Vermeer and Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer.
-    Anal.
-    Methods Geomech. 5:1.
+    Anal. Methods Geomech. 5:1.
     """
     material = made.case.material
     c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)

@@ -95,9 +95,11 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
     if conforming_mesh.graded_cuts(model.refine_at, shape, model.refine_factor):
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
-    problem = f"`refine_at` of `{declared.name}` selects no border that its mesh can follow"
-    help = f"select at a constant {ways} of the shape, inside it or at its ends, such as `refine_at = x <= 0 mm`"
-    return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
+    problem = f"the mesh of `{declared.name}` cannot be refined towards the region of `refine_at`"
+    help = (
+        f"write a region that ends at a constant {ways} inside the shape or at its ends, as in `refine_at = x <= 0 mm`"
+    )
+    return diagnostic("E341", declared.at("refine_at"), problem, "ends at no constant coordinate", help)
 
 
 def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:

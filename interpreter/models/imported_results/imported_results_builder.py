@@ -39,15 +39,15 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
-WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
+WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside the file's points
 SIMILAR = 0.05  # of a volume: larger differences are reported
-MOVES = 0.01  # of the greatest displacement: at the start it is none
-FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
-SAME = 1e-6  # of a time or a state: the same
+MOVES = 0.01  # of the largest displacement: a smaller one at the start counts as none
+FEW, GAP = 4, 3.0  # smallest number of times that define a usual step; ratio to it from which times seem to be missing
+SAME = 1e-6  # relative: nearer times or states count as equal
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # ratios of units of length
-NEAR = 0.05  # of a factor
+NEAR = 0.05  # relative tolerance of such a ratio
 ROW = "add a row for each point of a probe"
-ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
+ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: largest misfit of another unit; factor by which its misfit must be smaller
 MOVED = (
     "its points already include the displacements: points minus displacements match the body",
     'use the deformed points: write `at = "position"` and `rest`, a file with the undeformed points',
@@ -58,8 +58,8 @@ MOVED = (
 class PreparedResults(Meshless):
     """Displacements of a body read from a file: `u` (t, n, 3), m, of the file's points at `times` (t,), s.
 
-    A static analysis has one state; in a dynamic analysis the last state is that at the end. `body` (b, 3), m, are
-    points of the body's surface.
+    In a static analysis, `u` has one state. In a dynamic analysis, its last state is that at the end of the motion.
+    `body` (b, 3), m, are points of the body's surface.
     """
 
     declared: Declared
@@ -91,9 +91,10 @@ class PreparedResults(Meshless):
         return []
 
     def outside(self, X: Floats) -> float:
-        """Return the largest distance, m, by which points X (n, 3), m, lie outside; 0 within the tolerance.
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside the file's points.
 
-        Raises Fault if displacements are known only at the points of the file and X has other points.
+        Distances within the tolerance count as 0. Raises Fault if displacements are known only at the points of the
+        file and X has other points.
         """
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
@@ -125,7 +126,7 @@ class PreparedResults(Meshless):
 
 
 def load(model: Results) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Results, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
@@ -249,7 +250,7 @@ def _interpolate_to_duration(declared: Declared, found: Matched, duration: float
 
 
 def _time_gap_warnings(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
-    """Yield a warning if a gap between the times (t,), s, of a motion is much longer than its usual step."""
+    """Yield a warning if a gap between the times (t,), s, of a motion is much longer than its usual time step."""
     if times is None or len(times) < FEW:
         return
     steps = np.diff(times)
@@ -332,10 +333,10 @@ def _compare_with_body(
 
 
 def _one_sided_distances(found: Matched, body: Floats) -> tuple[float, float]:
-    """Return the largest distances, m, of the body's surface outside the file's points, and vice versa.
+    """Return the largest distance, m, of the body's surface outside the file's points, and vice versa.
 
-    `body` (n, 3), m, are points of the surface; file points are compared with its bounding box. Both are zero for a
-    table along a line or on a surface, which need not cover the body: its probes are evaluated at its points.
+    `body` (n, 3), m, are points of the surface; file points are compared with its bounding box. Both distances are zero
+    for a table along a line or on a surface, which need not cover the body: its probes are evaluated at its points.
     """
     low, high = body.min(axis=0), body.max(axis=0)
     beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())

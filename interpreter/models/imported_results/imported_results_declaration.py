@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-NOTHING = "nothing was solved here: a file of displacements has"
+NOTHING = "the displacements were read from a file, which has"
 
 
 @dataclass(frozen=True)
@@ -79,5 +79,5 @@ class Results(Model):
         return []
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan."""
+        """Return a one-line description of the model for `dsl plan`."""
         return f"read from {self.path}, nothing is solved"

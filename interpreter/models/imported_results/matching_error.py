@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-SAME = 1e-6  # of the extent: points that are one
+SAME = 1e-6  # of the extent: nearer points count as coincident
 
 
 class Unmatched(Exception):

@@ -15,9 +15,9 @@ from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.probe_points import ProbePoints, points_throughout
 from softmark.solvers.mesh.shapes import MeshFile
 
-HOLE = 3.0  # times the usual distance: farther from the next point some seem to be missing
-SAME = 1e-4  # of the extent: a row that is so near to a node is the node's, by its digits
-MOST = 0.5  # of the nodes of a body have rows: the table is one of its nodes
+HOLE = 3.0  # times the typical distance: at larger distances points seem to be missing
+SAME = 1e-4  # of the extent: a row so near to a node belongs to the node, within its printed digits
+MOST = 0.5  # fraction of nodes with rows from which the table counts as one of nodes
 WRITE = "displacements are interpolated linearly there: write all points, or a file with cells"
 
 

@@ -36,7 +36,7 @@ def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | 
 
 
 def _file_point_indices(mesh: Mesh, X: Floats, cells: Ints) -> Which:
-    """Return the index of the file point with the x and y of each node of the slice, within the same cell."""
+    """Return, for each node of a slice, the index of the file point in the same cell with the same x and y."""
     which = np.empty(len(mesh.points), dtype=np.int64)
     for own, flat in zip(mesh.cells, cells, strict=True):
         apart = mesh.points[own, None, :2] - X[None, flat, :2]  # (a, b, 2)

@@ -18,9 +18,9 @@ from softmark.solvers.mesh.mesh import Mesh
 Floats = NDArray[np.float64]
 
 POSITION = "position"
-USUALLY = 0.9  # of the points of a table are as near to the next one, or nearer
-USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
-# what vectors are that are no displacements, by how their names begin, in small letters
+USUALLY = 0.9  # quantile of the distances to the nearest point that is the typical distance
+USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in lower case
+# meaning of vectors that are not displacements, by the beginning of their names in lower case
 OTHERS = (
     "velo",
     "acce",
@@ -72,7 +72,11 @@ class Matched:
         return self.places(X)[2]
 
     def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return file points (k, a), weights (k, a) and distances outside (k,), m, to interpolate at X (k, 3), m."""
+        """Return the data for interpolation at points X (k, 3), m, from points of the file.
+
+        They are indices of file points (k, a), their weights (k, a), and the distances (k,), m, by which X lies
+        outside.
+        """
         X = self._project_to_slice(X)
         if self.mesh is None:
             return self._interpolation_without_cells(X)
@@ -86,7 +90,7 @@ class Matched:
         return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
     def _interpolation_without_cells(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return the same as `places` for a file without cells.
+        """Return the results of `places` for a file without cells.
 
         A point X is interpolated from the coincident file point, from a simplex of file points, or from the nearest
         one.
@@ -122,7 +126,7 @@ class Matched:
 
     @property
     def ways(self) -> int:
-        """Number of dimensions that the points should span."""
+        """Dimension of the space that the points should span: 2 for a plane slice, else 3."""
         return 2 if self.flat else 3
 
     @cached_property
@@ -190,7 +194,11 @@ def match_points(
 
 
 def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[str, Floats, Floats]:
-    """Return the name of the vectors, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
+    """Return undeformed points (n, 3) and displacements (t, n, 3) in the file's unit, after the name of the latter.
+
+    `at` names the displacements in the file; `position` stands for moved points, whose undeformed positions are in the
+    file `rest`, or in the first state if that is None. Raises Unmatched.
+    """
     if at == POSITION:
         x = told.points[None] if told.moved is None else told.moved
         if rest is None and told.moved is None:
@@ -205,7 +213,7 @@ def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[
     u = told.fields[name]
     if told.moved is None:
         return name, told.points, u
-    X = told.moved - u  # files of deformed meshes that have their displacements as well
+    X = told.moved - u  # files with deformed points and also displacements
     if np.abs(X - X[0]).max() > SAME * max(float(np.ptp(X[0], axis=0).max()), 1e-300):
         reason = f"its points move over time, but not by `{name}`"
         raise Unmatched(reason, 'use the moved points: `at = "position"`')

@@ -30,6 +30,6 @@ class ResultFile:
     kind: str | None = None  # element
     times: Floats | None = None
     moved: Floats | None = None
-    left: tuple[str, ...] = ()  # what else it has, in words: "scalars `p`", "24 triangles"
-    ids: Ints | None = field(default=None)  # the file's own numbers of the points (n,)
+    left: tuple[str, ...] = ()  # descriptions of unused content, such as "scalars `p`" or "24 triangles"
+    ids: Ints | None = field(default=None)  # numbers of the points in the file (n,)
     flat: tuple[str, Ints] | None = None

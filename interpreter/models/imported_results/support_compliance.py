@@ -28,20 +28,24 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.records import dataclass
 
-SLIPS = 0.01  # of the farthest displacement: what a support says may be missed by so much, by how a file is read
-ROUND = 1e-4  # of the diagonal: points of a file that are so near to what a support selects are of it, by its digits
-BESIDE = 1e-3  # of what says how a point moves may be points that a support does not select
+SLIPS = 0.01  # of the largest displacement: deviation from a support that reading a file may cause
+ROUND = 1e-4  # of the diagonal: file points so near to a selection belong to it, within their printed digits
+BESIDE = 1e-3  # largest interpolation weight of points that the support does not select
 VAST = 10.0  # times the size of a static body: a larger displacement is suspicious
 ANOTHER = (
     "if the displacements have another unit than the lengths, write both in one unit, or write "
     'positions, `at = "position"`'
 )
-POWER = 0.1  # of a power of ten: a factor is taken for one
+POWER = 0.1  # tolerance, relative to a power of ten
 
 
 @dataclass(frozen=True)
 class SupportCompliance:
-    """Compliance with one support: largest deviation `far`, m, prescribed displacement, and the ratio to it."""
+    """Compliance of imported displacements with one support.
+
+    `far` is the largest deviation from the prescribed displacements, m, and `told` the largest of these, m. `times` is
+    the ratio of found to prescribed displacements, by least squares.
+    """
 
     support: Declared
     far: float
@@ -80,14 +84,20 @@ def _largest_magnitude(u: Floats) -> float:
 
 
 def _final_amplitude(case: Case, thing: Any) -> float:
-    """Return the fraction of a support's full motion at the end; 1 in states, whose supports are scaled already."""
+    """Return the fraction of its full motion that a support has at the end of the analysis.
+
+    It is 1 in an analysis with states, whose supports are scaled already.
+    """
     if not isinstance(case.analysis, Dynamic) or thing.amplitude is None:
         return 1.0
     return float(thing.amplitude.at(case.analysis.duration))
 
 
 def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
-    """Return which points X (k, 3), m, of a support are interpolated only from points that the support also selects."""
+    """Return a mask (k,) of the points X (k, 3), m, that are interpolated only from points of the support.
+
+    `where` is the condition that selects the points of the support.
+    """
     which, share = found.places(X)[:2]
     if not len(X):
         return np.zeros(0, dtype=np.bool_)

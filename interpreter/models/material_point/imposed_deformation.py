@@ -21,10 +21,13 @@ from softmark.solvers.mesh.shapes import Box
 
 Face = tuple[int, int]  # the axis of its normal, and 0 of the lower or 1 of the upper face
 Vector3 = tuple[float, float, float]
-ACROSS = 9  # points along each direction in which faces are looked at
-AROUND = 16  # the same around a round body
-SAME = 1e-9  # relative: amounts that are nearer are one
+ACROSS = 9  # sample points along each direction of a face
+AROUND = 16  # sample points around a round body
+SAME = 1e-9  # relative: nearer amounts count as equal
 NAMES = "xyz"
+WHOLE = "a material point supports only whole faces of the body, such as `where = x <= 0 mm`"
+SHEARS = "remove the components along the face, or use `fem(...)`: a material point has no shear traction"
+OPPOSITE = "hold the opposite face along its normal, such as `fixed(..., components = x)`"
 NEEDS = {
     "uniaxial": "one pair of opposite faces held or pulled along its normal, and no others",
     "equibiaxial": "two pairs of opposite faces pulled equally along their normals, and the third pair free",
@@ -39,9 +42,9 @@ class ImposedState:
     """Homogeneous state along x, y and z that supports and loads impose.
 
     `stretches` are None along free axes, where `stresses` are the imposed nominal stresses, Pa. `shear` is an
-    off-diagonal entry (a, b) of F with its value. `driven` are the axes that are moved or loaded. Points move with
-    `anchors`, which are displaced by `shifts`, m. `let_go` are the constraints that such a state violates: names of
-    supports, and axes.
+    off-diagonal entry (a, b) of F with its value. `driven` are the axes that are moved or loaded. The point `anchors`
+    (x, y, z), m, is displaced by `shifts`, m; displacements of other points are relative to it. `let_go` are the
+    constraints that such a state violates: names of supports, and axes.
     """
 
     stretches: tuple[float | None, float | None, float | None]
@@ -59,7 +62,7 @@ class ImposedOnFaces:
 
     case: Case
     held: dict[tuple[Face, int], tuple[float, str]] = field(default_factory=dict)
-    pulled: dict[int, float] = field(default_factory=dict)  # by axis: force per area at rest
+    pulled: dict[int, float] = field(default_factory=dict)  # by axis: force per undeformed area, Pa
 
     @property
     def bounds(self) -> tuple[Vector3, Vector3]:
@@ -121,11 +124,11 @@ def _add_face_stress(found: ImposedOnFaces, load: Declared, model: str) -> None:
     for axis, side in _whole_faces(found.case, load, action.where, model):
         slack = SAME * max(abs(t) for t in action.traction)
         if isinstance(found.case.shape, RoundPrism) and abs(found.case.prism.axis[axis]) < 0.5:
-            raise _partial_face_fault(load, model, "it pulls on a round side")
+            raise _partial_face_fault(load, model, "on a round side", "pull on an end face, along its normal")
         if any(abs(t) > slack for c, t in enumerate(action.traction) if c != axis):
-            raise _partial_face_fault(load, model, "it does not pull along the normal of the face")
+            raise _partial_face_fault(load, model, "not along the normal of the face", SHEARS)
         if ((axis, 1 - side), axis) not in found.held:
-            raise _partial_face_fault(load, model, "the opposite face is not held along its normal")
+            raise _partial_face_fault(load, model, "the opposite face is not held", OPPOSITE)
         pull = action.traction[axis] * (1.0 if side else -1.0)
         found.pulled[axis] = found.pulled.get(axis, 0.0) + pull
 
@@ -134,7 +137,7 @@ def _whole_faces(case: Case, declared: Declared, where: Condition, model: str) -
     """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
     found = _selected_faces(case.shape, where)
     if not found:
-        raise _partial_face_fault(declared, model, "it does not select a whole face")
+        raise _partial_face_fault(declared, model, "does not select a whole face")
     return found
 
 
@@ -144,7 +147,7 @@ def _selected_faces(shape: Shape, where: Condition) -> list[Face]:
     extent, about = shape.diagonal, where.axes
     faces: dict[Face, bool] = {}
     inner: list[tuple[Face, ...]] = []
-    known: dict[tuple[float, ...], bool] = {}  # by the coordinates that it is about: of `x <= 0 mm`, nine places
+    known: dict[tuple[float, ...], bool] = {}  # values by the coordinates of the condition
     for point, own in _points(shape):
         place = (0 in about and point[0], 1 in about and point[1], 2 in about and point[2])
         if (holds := known.get(place)) is None:
@@ -157,11 +160,12 @@ def _selected_faces(shape: Shape, where: Condition) -> list[Face]:
     return found if all(set(own) & set(found) for own in inner) else []
 
 
-def _partial_face_fault(declared: Declared, model: str, why: str) -> Fault:
-    """Return the Fault for a support or load that does not select whole faces, for the reason `why`."""
+def _partial_face_fault(declared: Declared, model: str, why: str, help: str = WHOLE) -> Fault:
+    """Return the Fault for a support or load that a material point cannot represent, for the reason `why`."""
     kind = "load" if declared.kind == "load" else "support"
-    return fault("E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why,
-                 "a material point supports only whole faces of the body, such as `where = x <= 0 mm`")  # fmt: skip
+    return fault(
+        "E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why, help
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=16)
@@ -248,7 +252,7 @@ def _describe_imposed(faces: ImposedOnFaces, stretches: list[float | None]) -> s
         else f"{NAMES[a]} {'pulled' if a in faces.pulled else 'free'}"
         for a, s in enumerate(stretches)
     )  # fmt: skip
-    return ", ".join(words)
+    return f"they impose: {', '.join(words)}"
 
 
 def _have_equal_state(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:
@@ -259,7 +263,10 @@ def _have_equal_state(faces: ImposedOnFaces, stretches: list[float | None], axes
 
 
 def _gripped_direction(faces: ImposedOnFaces, axis: int) -> int | None:
-    """Return the wider direction normal to an axis that grips hold at both ends; None if they hold neither."""
+    """Return the lateral direction in which grips hold both end faces of an axis; None if there is none.
+
+    If they hold both lateral directions, the result is the one in which the body is wider.
+    """
     held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
@@ -285,7 +292,7 @@ def _make_imposed_state(
     shear: tuple[int, int, float] | None,
     moved: tuple[int, ...],
 ) -> ImposedState:
-    """Return the imposed state of these stretches and this shear; `moved` are the driven axes."""
+    """Return the imposed state with given stretches and shear; `moved` are the axes that are moved or loaded."""
     low, high = faces.bounds
     anchors, shifts = [], []
     for axis in range(3):

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.static_equilibrium import Watch
     from softmark.solvers.stress_recovery.stress_field import Stresses
 
-PEAK = 0.1  # of the stiffness at rest: a force that grows less than that has its maximum there
-ALONG = 1e-9  # of the largest stress: a shear that is less is none
+PEAK = 0.1  # of the initial stiffness: below it the force counts as having reached its maximum
+ALONG = 1e-9  # of the largest stress: a smaller shear stress counts as zero
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a box, 0 low and 1 high
 
 
@@ -221,8 +221,8 @@ class PreparedPoint(Meshless):
             diagnostic(
                 "W366",
                 self.declared.at("state"),
-                f"`{self.declared.name}` is beyond {what}, where its law loses stability: a nominal "
-                f"stress of {force} deforms it without limit",
+                f"`{self.declared.name}` is beyond the stability limit of its law, {what}: a nominal stress of {force} "
+                "deforms it without limit",
                 "unstable under an imposed force",
                 "this state exists only with imposed displacements; a real body localizes there",
             ),
@@ -299,7 +299,7 @@ class HomogeneousStress(AnalyticField):
 
 
 def load(model: Homogeneous) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:

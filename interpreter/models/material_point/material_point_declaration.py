@@ -129,7 +129,7 @@ class Homogeneous(Model):
             )
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description of the model for the plan, such as the imposed kind of strain."""
+        """Return a one-line description of the model for `dsl plan`, such as the imposed kind of strain."""
         return f"{self._state_text}, no mesh"
 
     @property

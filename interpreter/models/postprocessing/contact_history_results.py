@@ -31,8 +31,8 @@ class Followed:
     """Contact history of a dynamic analysis: forces at every accepted step, and the surface at some of the times.
 
     Forces at a time are means over the two adjacent steps (solvers/dynamics/contact_output.py), so that their
-    impulse is correct. Moment arms use undeformed positions if strains are `small`. Self-contacts (`meets`) follow
-    rigid contacts.
+    impulse is correct. Moment arms use undeformed positions if strains are `small`. `contacts` are contacts with rigid
+    bodies, and `meets` are self-contacts, each by name.
     """
 
     case: Case

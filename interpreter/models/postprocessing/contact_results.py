@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.contact.rigid_contact import RigidContact
 
-SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
-ON = 1e-3  # of the extent of the surface: a point that is farther from it is not on it
+SAME = 1e-7  # of the size of a slice: nearer nodes in its plane count as coincident
+ON = 1e-3  # of the extent of the surface: a point farther away is not on it
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
-SIDES = 2  # each of the same area, and pressed by the same
-NEAR = 12  # faces of other pieces, by their middles, among which the nearest is
-LEAST = 1e-300  # N
+SIDES = 2  # two surfaces with equal area and equal force
+NEAR = 12  # number of faces with the nearest centres among which the nearest face is searched
+LEAST = 1e-300  # N, avoids division by zero
 
 
 def contact_result(
@@ -41,9 +41,9 @@ def contact_result(
     """Return the result of a contact with nodes at x (n, 3), m, and displacements u (3 n,), m.
 
     `force` (n, 3), N, are the contact forces; by default those of this state. `own` is the history of friction; None
-    without friction. Pressures follow from the nodal forces of both surfaces, as for a rigid body (`Pressing`). The
-    area is half of the sum over both surfaces, unless a condition excludes the opposite one. The remaining gap is the
-    mean distance of pressed samples.
+    without friction. Pressures follow from the nodal forces of both surfaces, as for a rigid body (`ContactPressure`).
+    The area is half of the sum over both surfaces, unless a condition excludes the opposite one. The remaining gap is
+    the mean distance of pressed samples.
     """
     sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
     hold, pressing, skin = sliding.tangential_coupling(u), sliding.pressing, contact.skin
@@ -51,14 +51,14 @@ def contact_result(
     facets, both = mesh.facets[own_facets], _reported_surface_count(skin, hold, own_facets)
     f = -np.einsum("ni,ni->n", force_at_nodes(pressing, u) if force is None else force, n)
     nodes, g, near = np.unique(facets), np.full(len(x), np.nan), None
-    if pressing.alone:  # of what meets itself forces tell where it touches
+    if pressing.alone:  # in self-contact, forces show where the surface is in contact
         g[nodes] = _gaps(skin, (mesh.points + u.reshape(-1, 3))[nodes], nodes, mesh, u)
         near = g < pressing.distance
     same = index_by_place(mesh.points) if case.planar else None
     pressed = ContactPressure(facets, x, f, g, plane_modulus(case), case.depth, same, near)
     left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
     least: float | None = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
-    if least == np.inf:  # farther apart than the barrier reaches
+    if least == np.inf:  # farther apart than the activation distance of the barrier
         least = _least_opposite_distance(skin, mesh, u)
     rubbing, rubbed = (None, {}) if own is None else _friction_result(sliding, hold, skin, u, own, len(x))
     field = Surface(mesh.points, nodes, pressed, rubbed, both)

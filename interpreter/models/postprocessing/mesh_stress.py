@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.stress_recovery.stress_field import Stresses
 
-INSIDE = 1e-9  # of a motion: how far before its end its courses are looked at
+INSIDE = 1e-9  # of the duration: how long before the end amplitudes are evaluated
 
 
 def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
@@ -44,20 +44,26 @@ def _stress_without_mesh(solution: Solution) -> Callable[[], Stresses] | None:
 
 
 def stress_of(model: Model, case: Case, mesh: DeformedMesh) -> Callable[[], Stresses]:
-    """Return a function that computes the stress of a model on its mesh, once. It raises NoStress with a reason."""
+    """Return a function that computes the stress of a model on its mesh, once.
+
+    The function raises StressUnavailable with a reason.
+    """
     return StressOfMesh(model, _case_at_end(case), mesh)
 
 
 @dataclass(frozen=True, eq=False)
 class StressOfMesh:
-    """Function that computes the stress on a mesh. Pickled for a report, it stores only the stress, not the case."""
+    """Function that computes the stress of a model on its mesh.
+
+    If it is pickled for a report, only the stress is stored, not the case.
+    """
 
     model: Model
     case: Case
     mesh: DeformedMesh
 
     def __call__(self) -> Stresses:
-        """Return the stress. Raises NoStress with a reason."""
+        """Return the stress. Raises StressUnavailable with a reason."""
         return self._computed_stress
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -83,7 +89,7 @@ class StressOfMesh:
             )
         if case.has_material_history:
             raise StressUnavailable("the stress of a viscoelastic body is not recovered at points: use forces")
-        u = mesh.displacement.astype(float)  # of single precision too
+        u = mesh.displacement.astype(float)  # also for states in single precision
         around = case.depth > 0.0
         state = DeformedState(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
         if not case.uniform:
@@ -106,7 +112,7 @@ class StoredStress:
     reason: str | None
 
     def __call__(self) -> Stresses:
-        """Return the stress. Raises NoStress with the reason."""
+        """Return the stress. Raises StressUnavailable with the reason."""
         if self.stress is None:
             from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 

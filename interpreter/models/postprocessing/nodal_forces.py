@@ -79,13 +79,13 @@ class NodalForces:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
-    holders: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
-    dissipated: float = 0.0  # J, by what remembers
+    holders: tuple[SupportedNodes, ...] = ()  # supported nodes, if the model determines them itself
+    dissipated: float = 0.0  # J, by viscoelastic materials
     written: Floats | None = None
-    beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
-    touches: Mapping[str, ContactNumbers] = field(default_factory=dict)  # what contacts come to
+    beds: Mapping[str, Floats] = field(default_factory=dict)  # forces of each foundation or contact on the body (n, 6)
+    touches: Mapping[str, ContactNumbers] = field(default_factory=dict)  # results of contacts, by name
     pulling: Floats | None = None
-    fluid: Fluid | None = None  # of a porous body
+    fluid: Fluid | None = None  # fluid of a porous body
 
     def wrench(self, forces: Floats) -> Wrench:
         """Return the resultant of nodal forces and moments (n, 6), N and N m."""
@@ -153,7 +153,7 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
 
 
 def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> NodalForces:
-    """Return the nodal forces with those of foundations added; the strain energy remains that of the body."""
+    """Return nodal forces to which the forces of foundations are added; the strain energy is not changed."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
     each = {name: _without_moments(reported_forces(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
@@ -169,7 +169,7 @@ def reported_forces(bed: Energy, forces: Floats) -> Floats:
 
 
 def add_rigid_contact_forces(carried: NodalForces, contacts: Mapping[str, RigidContact], case: Case) -> NodalForces:
-    """Return the nodal forces with those of contacts with rigid bodies added."""
+    """Return nodal forces to which the forces of contacts with rigid bodies are added."""
     from softmark.interpreter.models.postprocessing.contact_results import contact_result
 
     u = carried.u.ravel()
@@ -194,7 +194,10 @@ def _without_moments(forces: Floats) -> Floats:
 
 
 def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
-    """Return the nodes that each support holds, on a mesh or, without one, on beams, in the order of the scene."""
+    """Return the nodes that each support holds, in the order of the scene.
+
+    The nodes are those of the `mesh` or, if it is None, those of a beam or frame model, whose declaration is `thing`.
+    """
     if mesh is not None:
         return [_nodes_of_support(case, support, mesh) for support in case.supports]
     if case.shape.wired:

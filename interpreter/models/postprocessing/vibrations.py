@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.linear.linear_solver import Linear
 
-UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion grows
+UNSTABLE = 1e-9  # of the largest eigenvalue: a more negative one means an unstable state
 
 
 def without_frequencies(reason: str) -> Callable[[int], Floats]:

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
-IDLE = 1e-9  # of the loads: what must act along the fields of a space
+IDLE = 1e-9  # of the loads: smallest part that must act along the fields of the basis
 NONE: Ints = np.zeros(0, dtype=np.int64)
 
 
@@ -229,9 +229,9 @@ class RecoveredMesh(MeshData):
 
 @dataclass(frozen=True)
 class PreparedReduced:
-    """Reduced model ready to solve: basis, reduced equations and report of both.
+    """Reduced model ready to solve, with its reduced equations and a report of basis and equations.
 
-    `failure` is the reason if there are no equations.
+    `rest` is the full model. `failure` is the reason if there are no equations.
     """
 
     declared: Declared
@@ -355,7 +355,7 @@ class MovingReduced(PreparedMotion):
 
 
 def load(model: Modal | Pod) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:

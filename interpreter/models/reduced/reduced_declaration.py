@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 ADVICE = "train on a range that contains the scene, and check `full_residual`"
-PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
+PARTS = (0.25, 0.5, 0.75, 1.0)  # fractions of all loads for training, by default
 
 
 class Reduced(Model):
@@ -83,7 +83,7 @@ class Modal(Reduced):
         return []
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan and the report."""
+        """Return a one-line description of the model for `dsl plan` and the report."""
         derived = " with their derivatives" if self.derivatives else ""
         return (
             f"`{self.of}` reduced to {self.modes} vibration modes{derived} and its linear "
@@ -202,7 +202,7 @@ class Pod(Reduced):
         return diagnostic("E532", declared.at("over"), problem, f"a {word}", "name a `sweep(...)`, or remove `over`")
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan and the report."""
+        """Return a one-line description of the model for `dsl plan` and the report."""
         size = f"{self.modes} modes" if self.modes else f"modes to {self.tolerance:g} of its solutions"
         parts = ", ".join(f"{100 * part:g}" for part in self.parts)
         swept = f" over {self.over}" if self.over else ""

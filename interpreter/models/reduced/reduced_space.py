@@ -25,7 +25,7 @@ from softmark.solvers.model_reduction.reduced_basis import (
 )
 from softmark.solvers.statics.static_equilibrium import NotConverged
 
-SMALL = 1e-6  # of the body's size: displacements between which forces are compared
+SMALL = 1e-6  # of the body's size: displacement step of finite differences
 
 
 # ------------------------------------------------------------------ the full model about rest
@@ -70,11 +70,11 @@ class FullModelAtRest:
         return factor(self.K)
 
     def gradient(self, u: Floats) -> Floats:
-        """Return the internal forces on free degrees of freedom, N, for displacements u (free,), m, of these."""
+        """Return the internal forces (free,), N, on free degrees of freedom with displacements u (free,), m."""
         return self.assembly.gradient(self.placed(u), 0.0)[self.free]
 
     def placed(self, fields: Floats) -> Floats:
-        """Return fields given on free degrees of freedom as fields on all of them, zero at supports."""
+        """Return fields that are given on free degrees of freedom, extended by zeros to all degrees of freedom."""
         whole = np.zeros((self.assembly.dofs, *fields.shape[1:]))
         whole[self.free] = fields
         return whole

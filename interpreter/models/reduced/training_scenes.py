@@ -17,7 +17,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
 
-UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds that no mesh depends on
+UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds of declarations on which no mesh depends
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
 
 
 def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
-    """Return an error if the sweep varies the mesh of the reduced model; no mesh is generated for this."""
+    """Return an error if the sweep varies the mesh of the reduced model. The check generates no mesh."""
     model = declared.thing
     if model.over is None:
         return None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.reduced.reduced_declaration import Pod
     from softmark.solvers.mesh.mesh import Mesh
 
-SAME = 1e-9  # of a range: values that far outside are within
+SAME = 1e-9  # of a range: values so little outside count as inside
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,10 @@ def _values_of_scene(training: Training, scene: Scene) -> dict[str, Any]:
 
 
 def repeats(training: Training, scene: Scene) -> bool:
-    """Return whether the scene itself was in the training set, so that its error only measures reproduction."""
+    """Return whether the training set contains the scene itself.
+
+    The error of the reduced model then shows only how well it reproduces a state that it was trained on.
+    """
     here = _values_of_scene(training, scene)
     return not training.failed and all(
         any(_is_in_range(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
@@ -130,7 +133,10 @@ def _is_in_range(here: Any, seen: list[Any]) -> bool:
 
 
 def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]:
-    """Return a warning if the scene lies outside the sweep of its training; validation checks the loads."""
+    """Return a warning if the scene lies outside the sweep that the model was trained on.
+
+    `found` are the names of values outside the training range. The load is not reported, because validation does so.
+    """
     targets = [f"`{name}`" for name in found if name != "load"]
     if not targets:
         return ()

@@ -18,7 +18,7 @@ LEVERS = {
     "max_linear_iterations": None,
     "max_iterations": None,
     "initial_guess": None,
-}  # of what is solved to the end, alone
+}  # contacts need models that are solved until they converge
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:

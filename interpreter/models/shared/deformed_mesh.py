@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.signed_distance.distance_function import Gap
     from softmark.solvers.contact.surface_points import AddedContactPoints
 
-FRAMES = 40  # of the mesh that are kept for other programs
+FRAMES = 40  # largest number of stored states for exported files
 
 
 @dataclass(frozen=True)
@@ -71,13 +71,11 @@ class DeformedBody(MeshData):
     times: Floats | None = None  # (t,) s
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
-    left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
-    beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
-    rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
-    stiffer: float = 1.0  # times what was begun with were the barriers before them
-    joined: Mapping[str, AddedContactPoints] = field(
-        default_factory=dict
-    )  # points that are kept clear besides, by contact
+    left: Floats | None = None  # (n, 3) m: displacements of the next Newton step, if known
+    beside: Mapping[str, Gap] = field(default_factory=dict)  # present rigid bodies, by contact
+    rubbed: Past = field(default_factory=dict)  # friction history, by contact
+    stiffer: float = 1.0  # present stiffness of the barriers, relative to their initial stiffness
+    joined: Mapping[str, AddedContactPoints] = field(default_factory=dict)  # contact points added on facets, by contact
 
 
 def fields_of_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:

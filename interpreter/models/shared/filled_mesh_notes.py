@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
-COARSE = 0.01  # of the volume: what facets of curved sides may miss without a word
+COARSE = 0.01  # of the volume: a smaller volume error of flat facets causes no warning
 AWAY = 2.0  # tolerances: beyond this distance from the surface a warning is reported
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
 
@@ -70,7 +70,7 @@ def _surface_distances(mesh: Mesh, points: Floats, triangles: Any) -> tuple[floa
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Yield warnings if a mesh is far from its surface, or if a public data set was not checked completely."""
+    """Yield warnings if a filled mesh is far from its surface, or if a public data set was not checked completely."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return
     found, how = filled_mesh_report(case.shape, mesh)["filled"], mesh.filling
@@ -128,6 +128,6 @@ def thickness_warning(declared: Declared, case: Case, surface: ClosedSurface) ->
         return None
     return diagnostic("W350", declared.at("size"), f"the cells of `{declared.name}` are larger than the "
                                                    f"thickness of `{case.body.name}`",
-                      f"twice its volume over its area is {units.format_value(float(f'{thick:.3g}'), units.LENGTH)}",
-                      "use a smaller `size`: this value is the thickness of a plate, or a third of the "
-                      "diameter of a sphere, and one cell across is too stiff in bending")  # fmt: skip
+                      f"about {units.format_value(float(f'{thick:.3g}'), units.LENGTH)}",
+                      "use a smaller `size`: one cell across is too stiff in bending; the thickness is estimated as "
+                      "twice the volume over the area, a third of the diameter for a sphere")  # fmt: skip

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
-# levers that change how a state is solved, and what they may be
+# options that change how a state is solved, with their supported values
 PLAIN = {
     "formulation": "displacement",
     "integration": "full",

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
     from softmark.solvers.mesh.mesh import Mesh
 
-SOME = 1000  # points at a time
-PLANE = 1e-6  # how far normals of a plane face may be from their mean
-RIGID = 1e6  # times as stiff as the body are the springs that keep a plate level
-MOST = 2000  # nodes that one plate holds level: a full matrix of 32 MB
+SOME = 1000  # number of points processed at a time
+PLANE = 1e-6  # largest deviation of the normals of a plane face from their mean
+RIGID = 1e6  # stiffness of the springs that keep a plate plane, relative to the body
+MOST = 2000  # largest number of nodes of one plate: their full matrix takes 32 MB
 EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of shape functions are of fourth order
 
 

@@ -35,8 +35,8 @@ from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
 
-LOOKED = 50  # moments in which bodies are looked for in each other
-FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N, by the size of a body in m
+LOOKED = 50  # number of times at which overlapping bodies are searched for
+FINER = 1e-2  # of the tolerance: in N m, moments are smaller than forces in N by the size of a body in m
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,10 @@ class FrictionHistory:
     """Friction history of one contact after a solved state.
 
     For contact with a rigid body, `anchors` (m, 3), m, are the points of the rigid body in its declared position at
-    which the `points` of the surface last stuck. For contact between deformable surfaces, `anchors` is an object
-    `Since`. `slid` (m,) is the accumulated slip of each point or contact sample, m. `work` is the heat dissipated
-    by friction up to and including this state, J, and `now` the heat of this state only, J.
+    which the `points` of the surface last stuck. For contact between deformable surfaces, `anchors` is a
+    `FrictionHistory` of solvers/contact/deformable_friction.py. `slid` (m,) is the accumulated slip of each point or
+    contact sample, m. `work` is the heat dissipated by friction up to and including this state, J, and `now` the heat
+    of this state only, J.
     """
 
     anchors: Any

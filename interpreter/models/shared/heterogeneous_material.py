@@ -43,15 +43,15 @@ from softmark.solvers.mesh.mesh import Mesh
 if TYPE_CHECKING:
     from softmark.solvers.mesh.element_interpolation import Rule
 
-ACTIVE = ("tension", "shortening")  # constants of muscle that act
-OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
-FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
-STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
-MANY = 0.01  # of the volume of the body: in such cells without a warning
-HARD = 1e4  # modulus of pressure by that of shear
-BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
-MISSED = 2e-3  # of the integral of a constant: less goes without a warning
-LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
+ACTIVE = ("tension", "shortening")  # constants of active muscle
+OF_LAWS = ("young", "poisson")  # constants of the material law; masses have other quadrature points
+FINE = 3  # Gauss points along each axis of a hexahedron in the finer rule
+STEEP = 2.0  # ratio of extremes of a constant within a cell, above which the cell is too large
+MANY = 0.01  # of the volume of the body: fewer such cells cause no warning
+HARD = 1e4  # largest ratio of P-wave modulus to shear modulus
+BEYOND = 1e-3  # of the volume of the body: a smaller part outside a field causes no warning
+MISSED = 2e-3  # of the integral of a constant: a smaller error causes no warning
+LOST = 1e-6  # of an integral: a smaller difference from a finer rule counts as rounding
 
 
 def evaluate_profile(profile: Profile, X: Floats) -> Floats:
@@ -70,7 +70,7 @@ def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
 
 
 class Part(Protocol):
-    """Interface of the cells of one material; `MaterialRegion` (material_regions.py) implements it."""
+    """Interface of a material region, the cells of one material; see `MaterialRegion` (material_regions.py)."""
 
     @property
     def case(self) -> Case:
@@ -95,7 +95,7 @@ Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because 
 def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
     """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
-    The second value is the integration at these points; it is None if they are the element's. With `pressures` as
+    The second value is the integration at these points, or None if they are those of the element. If `pressures` are
     unknowns, the inverse of the bulk modulus is integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
@@ -104,7 +104,7 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
     known = None if seen is None else seen.rule
     turning = getattr(own.case.material, "turning", False)
     if turning:
-        rule = mesh.element.quadrature()  # directions are not averaged, as constants of `tet4` are
+        rule = mesh.element.quadrature()  # unlike constants of `tet4`, directions are not averaged
     X = rule_positions(mesh, rule) if known is None else known.places(mesh)
     if turning:
         return replace(own.case, other_material=with_fiber_directions(own.case, mesh, X)), _parts(mesh, known)
@@ -128,7 +128,7 @@ def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> CellQuadrature | No
     """
     material = case.material
     found = profiles(material)
-    if case.porous or material.branches:  # what seeps or remembers does so at the points of its element
+    if case.porous or material.branches:  # poroelastic and viscoelastic materials use the points of the element
         return None
     if getattr(material, "turning", False) or getattr(material, "pulls", False):
         active = next((p for name, p in found.items() if name in ACTIVE), None)
@@ -164,7 +164,7 @@ def density_resolved(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """Return the quadrature rule of constants: that of the element, or a finer one if the element has one point."""
+    """Return the quadrature rule of constants: the element's rule, or a finer one if that has one point."""
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
@@ -322,7 +322,7 @@ class ConstantStatistics:
 
 @cache
 def _finer_rule(kind: str) -> Rule:
-    """Return a rule that is finer than that of the element."""
+    """Return a quadrature rule that is finer than the rule of the element."""
     element = CELLS[kind]
     if element.family != "hexahedra":
         return element.mass_quadrature()
@@ -343,7 +343,7 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
     most, least = (_stiffness_measure(profile, v) for v in (high, low))
     with np.errstate(all="ignore"):
         change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
-    size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
+    size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus depends on 1 + nu
     lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
     known = density_resolved(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
     if known is not None:
@@ -382,7 +382,7 @@ def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
-    """Return the constant whose change within a cell is judged; for Poisson's ratio, M / mu limited by HARD."""
+    """Return the values of a constant; for Poisson's ratio, of P-wave modulus / shear modulus, limited by HARD."""
     if profile.name != "poisson":
         return found
     told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
@@ -433,7 +433,7 @@ def varying_constants_report(case: Case, mesh: Mesh, parts: Parts) -> dict[str, 
 
 
 def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
-    """Yield a warning if the element locks at this largest Poisson's ratio of cells, unless validation did so."""
+    """Yield a warning if the element locks at the largest Poisson's ratio of cells and validation did not warn."""
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
         for nu in (case.largest_poisson, poisson)
@@ -471,7 +471,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
             got = low if low == high else f"{low} to {high}"
             yield diagnostic(
                 "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside the "
-                                    f"field of its `{profile.name}`", f"has the value {got} there",
+                                    f"field of its `{profile.name}`", f"`{profile.name}` is {got} there",
                 "the nearest value of the field is used outside it: check `origin`, `x`, `z` and `length` "
                 "of the field, and the position of the body",
             )  # fmt: skip

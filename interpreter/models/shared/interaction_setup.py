@@ -109,7 +109,7 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
 
 
 def _are_wide(solid: Any) -> bool:
-    """Return whether every rigid body is at least as wide as the facets that it may press on.
+    """Return whether every rigid body of a solid is at least as wide as the facets that it may press on.
 
     A narrower rigid body fits between the nodes of a facet.
     """

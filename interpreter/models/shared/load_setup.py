@@ -22,7 +22,7 @@ from softmark.solvers.energies.external_loads import AffineMassForces, DeadForce
 from softmark.solvers.mesh.element_interpolation import Integration, locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
-MOST_NODES = 1500  # that a moment is put on: its tangent has an entry for every pair, 0.2 GB of them
+MOST_NODES = 1500  # largest number of nodes of a moment: its tangent couples all pairs of nodes and takes 0.2 GB
 Distribution = Literal["consistent", "lumped", "uniform"]
 
 
@@ -95,9 +95,9 @@ class SolidLoads:
         return DeadForces(nodal_forces_at_rest(found, mesh.points).ravel()) if self.small else found
 
     def area_forces(self, where: Condition, push: Any, linear: bool) -> Energy:
-        """Return dead forces on the selected surface, from outward area vectors; `linear` if `push` is linear in them.
+        """Return the energy of dead forces on the part of the surface that a condition selects. Raises Fault.
 
-        Raises Fault.
+        `push` is a function from outward area vectors, m^2, to forces, N; `linear` states whether it is linear.
         """
         dead = np.zeros((len(self.mesh.points), 3))
         self._surface(where).spread(dead, push, linear, self.case.depth)
@@ -147,7 +147,7 @@ class SolidLoads:
                 "outside the body",
                 "write coordinates of the undeformed body",
             )
-        if case.planar:  # spread along z, exactly for what elements have there: all z move as one
+        if case.planar:  # distributed along z exactly, since all nodes along z move alike
             half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
             place = locate_points(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
         np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
@@ -179,7 +179,7 @@ class SolidLoads:
         case, load, points = self.case, self.load, self.mesh.points
         found = surface_of(case, load, where, self.mesh)
         must_not_act_on_axis(case, load, points[found.touched], points)
-        if load.thing.action.dead:  # of a pressure, the plane's support takes all
+        if load.thing.action.dead:  # a pressure on the plane is carried by the plane's support
             must_not_act_on_plane(case, load, points[found.touched], points)
         return found
 
@@ -201,7 +201,7 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
     if mass == "lumped":
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
-    N, w, density = _mass_quadrature(mesh, density)  # as the mass matrix has them: g is g at every node
+    N, w, density = _mass_quadrature(mesh, density)  # weights of the mass matrix
     w = _whole_rings(mesh, N, w, depth)
     carried = np.zeros(len(mesh.points))
     np.add.at(carried, mesh.cells, density * w @ N if N.ndim == 2 else density * np.einsum("mq,mqa->ma", w, N))
@@ -209,7 +209,10 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
 
 
 def _cell_mass_matrices(mesh: Mesh, density: Any, depth: float) -> Floats:
-    """Return the mass couplings of the nodes of each cell (m, a, a), kg; with a `depth`, m, those of whole rings."""
+    """Return the mass matrix of each cell (m, a, a), kg, for one displacement component.
+
+    With a `depth`, m, the mesh is a slice of that depth, and the masses are those of whole rings.
+    """
     from softmark.solvers.dynamics.mass_matrices import cell_mass_matrices
 
     N, w, density = _mass_quadrature(mesh, density)
@@ -217,7 +220,10 @@ def _cell_mass_matrices(mesh: Mesh, density: Any, depth: float) -> Floats:
 
 
 def _whole_rings(mesh: Mesh, N: Floats, w: Floats, depth: float) -> Floats:
-    """Return volumes (m, q), m^3, at shape functions N; with a `depth`, m, of a slice, those of whole rings."""
+    """Return the volumes (m, q), m^3, of the points with shape functions N.
+
+    With a `depth`, m, the mesh is a slice of that depth, and the volumes are those of whole rings.
+    """
     if not depth:
         return w
     from softmark.solvers.energies.axisymmetric import circumference_in_slices

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MaterialRegion:
-    """Cells of one material, as a case with only that material and a mesh of these cells with all nodes.
+    """Cells of one material. The field `case` has only that material, and `mesh` only these cells but all nodes.
 
     `which` (k,) are the indices of the cells in the whole mesh, and `number` is the index of the material. `parts`
     is the integration over the cells. If constants of the material vary in space, `sample_regions` replaces them by
@@ -66,7 +66,7 @@ LocalPoints = tuple[Any, Any]  # of each cell, (m, q, 3), and their weights (m, 
 
 
 def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
-    """Return the points at which cells of one material integrate stiffness; None for the points of their element.
+    """Return the quadrature points of the stiffness of cells of one material; None for the points of their element.
 
     `which` are the cells of the mesh that have the material of the `case`.
     """
@@ -79,7 +79,7 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
 
 
 def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
-    """Return the points at which cells of one material integrate density; None for the points of their element.
+    """Return the quadrature points of the mass of cells of one material; None for the points of their element.
 
     `which` are the cells of the mesh that have the material of the `case`.
     """

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.mesh.shape import Shape
 
-LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
-SLIVER = 1e-3  # quality below which a cell of a file is named
+LOST_VOLUME = 0.05  # of the body's volume: a smaller volume error of a mesh causes no warning
+SLIVER = 1e-3  # quality below which a cell of a file causes a warning
 
 
 def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
@@ -35,9 +35,9 @@ def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
         raise fault(
             "E508",
             declared.at("quality"),
-            f"the worst cell of the mesh of `{declared.name}` already has a quality of {has}",
+            f"`quality` can only make the mesh of `{declared.name}` worse, and its worst cell has a quality of {has}",
             f"{model.quality:g} is higher",
-            "write a smaller number, or remove `quality`: it only makes cells worse",
+            "write a smaller number, or remove `quality`",
         ) from has
 
 
@@ -118,7 +118,7 @@ def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
     """Return warnings about a mesh that fills a closed surface."""
     if not case.shape.enclosed:
         return ()
-    from softmark.interpreter.models.shared import filled_mesh_notes  # nothing of it where no surface is filled
+    from softmark.interpreter.models.shared import filled_mesh_notes  # imported only for filled surfaces
 
     return tuple(filled_mesh_notes.notes(declared, case, mesh))
 

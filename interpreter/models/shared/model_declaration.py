@@ -30,7 +30,7 @@ OF_NETWORKS = (
     "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
 )
 UNKNOWN = "load not supported"
-RENAMED = {  # earlier names of members that a plugin's model may still define, and would define in vain
+RENAMED = {  # earlier names of members, which nothing reads any more if a plugin defines them
     "bedded": "supports_elastic_foundations",
     "touches": "supports_rigid_contact",
     "moves": "supports_dynamics",
@@ -111,7 +111,10 @@ class Model:
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Names of fields that leave steps unconverged, use single precision, or do not start from rest."""
+        """Names of fields that a scene has set to trade accuracy for speed.
+
+        Such fields leave steps unconverged, use single precision, or start from another state than rest.
+        """
         return ()
 
     @property
@@ -128,11 +131,14 @@ class Model:
         return []
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description of the model as it will be built for a case."""
+        """Return a one-line description, for `dsl plan`, of the model as it will be built for a case."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
+        """Return the kind of the model: its description without resolution, its resolution, and Poisson's ratio.
+
+        Models with equal descriptions are grouped. By default the result is None: the model belongs to no group.
+        """
         return None
 
     def mesh_key(self) -> tuple[Any, ...] | None:
@@ -227,7 +233,7 @@ class Model:
             yield from relaxation_capabilities.refusals(self, declared, case)
 
     def rotation_refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield errors for rotating supports that the model cannot follow."""
+        """Yield errors for rotating supports whose motion the model cannot represent."""
         if any(support.thing.turns for support in case.supports):
             from softmark.interpreter.models.shared import rotating_supports
 

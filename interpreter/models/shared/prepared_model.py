@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-# capped: computed as the scene asks, with steps that were accepted unsolved
+# capped: computed as the scene requests, with steps that were accepted before they converged
 Status = Literal["converged", "capped", "read", "not_converged", "diverged", "failed", "skipped", "unsupported"]
 
 
@@ -134,17 +134,17 @@ class Solution:
     facts: dict[str, Any]  # iterations, steps, residual, solver
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None  # (n, 3) -> (n, 3), m
     notes: tuple[Diagnostic, ...] = ()
-    history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
-    mesh: DeformedMesh | None = None  # of a model that has one
+    history: History | None = None  # of a dynamic analysis, whose `displacement` is that at the end
+    mesh: DeformedMesh | None = None  # None for a model without a mesh
     stress: Callable[[], Stresses] | None = (
-        None  # of a model on a mesh (`postprocessing/mesh_stress.py`); it raises NoStress
+        None  # of a model on a mesh (`postprocessing/mesh_stress.py`); raises StressUnavailable
     )
     carried: Callable[[], NodalForces] | None = None  # nodal forces of a static state, computed on first use
-    followed: Followed | None = None  # of a motion with contacts: what these do
-    at_rest: EquilibriumForces | None = None  # what that comes to: of solutions that an error is stated from
-    spent: ElapsedTime | None = None  # of an external program, which our clock does not measure
-    reduction_error: Callable[[], ReductionError] | None = None  # of a reduced model, against the full equations
-    step_errors: Callable[[], ModalErrors | None] | None = None  # of a motion, computed on first use
+    followed: Followed | None = None  # contact history of a motion with contacts
+    at_rest: EquilibriumForces | None = None  # forces and energies, if computed already for an error estimate
+    spent: ElapsedTime | None = None  # time that an external program took
+    reduction_error: Callable[[], ReductionError] | None = None  # error of a reduced model in the full equations
+    step_errors: Callable[[], ModalErrors | None] | None = None  # time-step error of a motion, computed on first use
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 
@@ -222,8 +222,8 @@ class BuildContext:
     """Resources for building models of one run: shared meshes, and the scene with the metrics that assess a model."""
 
     meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)
-    seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
-    borrowed: tuple[float, float] = (0.0, 0.0)  # what the meshes cost that the present model found made
+    seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall and CPU, s
+    borrowed: tuple[float, float] = (0.0, 0.0)  # wall and CPU time, s, of meshes that other models had made already
     scene: Scene | None = None
-    build: Callable[[Declared, Case, BuildContext], Prepared] | None = None  # another model: builders.build
-    measured: Mapping[str, Any] = field(default_factory=dict)  # what references of measured data hold
+    build: Callable[[Declared, Case, BuildContext], Prepared] | None = None  # builds another model
+    measured: Mapping[str, Any] = field(default_factory=dict)  # data of measured references, by name

@@ -27,9 +27,9 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.external_loads import ScaledLoad
 from softmark.solvers.statics.quasistatic_history import InstantLoading
 
-SAME = 1e-9  # of a step: times that are nearer are one
-KINKED = 1e-3  # of a table's largest value: steps end at its rows that are farther from what steps make of it
-BEFORE = 1e-9  # of a step: where a course is looked at before it jumps
+SAME = 1e-9  # of a step: nearer times count as equal
+KINKED = 1e-3  # of a table's largest value: steps also end at rows that deviate more from interpolation between steps
+BEFORE = 1e-9  # of a step: how long before a jump an amplitude is evaluated
 
 
 def case_at_full_size(case: Case) -> Case:

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Prepared
 
 CUBIC: units.Dimension = units.raise_dimension(units.LENGTH, 3)
-THIN = 0.25  # of a cell: more than that no curve leaves between nodes that follow it
+THIN = 0.25  # of a cell: a curve cuts less than this off a cell whose nodes follow it
 
 
 @dataclass(frozen=True)
 class RegionVolume:
-    """Volumes of a material region, m^3, in the scene (`asked`) and of its cells on a mesh (`taken`).
+    """Volume of a material region, m^3: in the scene (`asked`), and of the cells that have its material (`taken`).
 
     `missed` is the part of the region in cells of another material; `beyond` is the part of its cells outside the
     region. `bent` is the part of both that lies between a curved border and the flat sides of cells along that border.
@@ -135,7 +135,7 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
     shares = np.array([fractions(where, kind, mesh) for where in parts])  # (r, m)
     along = [_follows_curve(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
-    shares[0, shares[0] <= SMALL] = 0.0  # of the body: what rounding leaves
+    shares[0, shares[0] <= SMALL] = 0.0  # fraction of the body that is only rounding
     most = _dominant_material(shares)
     cells = most if case.leaning == (0, 0) else _assign_cut_cells(shares, most, *case.leaning)
     asked = shares @ kind.sizes
@@ -144,7 +144,7 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
         beside = np.delete(asked, i)
         least = float(beside[beside > SMALL * asked.sum()].min(initial=asked[i]))
         alike = any(other.thing.material == part.thing.material for other in case.parts[: i - 1])
-        if alike and asked[i] <= SMALL * asked.sum():  # it lies within another of the same material
+        if alike and asked[i] <= SMALL * asked.sum():  # it lies within another region of the same material
             taken.append(RegionVolume(0.0, 0.0, 0.0, 0.0, least))
         else:
             taken.append(_region_volume(part, kind.sizes, shares[i], cells == i, along[i - 1], least))
@@ -152,7 +152,11 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
 
 
 def _follows_curve(where: Condition, mesh: Mesh, share: Floats) -> Bools:
-    """Return which cells (m,) have nodes on a border but none beyond it; a curve cuts only slivers off them."""
+    """Return a mask (m,) of the cells that follow a curved border of a region.
+
+    Such cells have nodes on the border but none beyond it, so that the curve cuts only slivers off them. `share` (m,)
+    is the fraction of each cell in the region.
+    """
     found = np.minimum(share, 1.0 - share) <= THIN
     on = np.zeros_like(found)
     for border in where.borders:
@@ -239,11 +243,12 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
-    """Return the relative volume error of every region that cells do not follow, and how to bound its effect.
+    """Return the relative volume error of each region whose border cells do not follow, and how to bound its effect.
 
-    The bound is a second solution with changed materials of cut cells, given as (index of the region, side) for
-    `_assign_cut_cells`; it is (0, 0), no change, if the error is negligible. The error is infinite if the border
-    cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed polygon.
+    The effect is bounded by a second solution, in which cut cells have another material: (index of the region, side),
+    the
+    arguments of `_assign_cut_cells`. It is (0, 0), no change, if the error is negligible. The error is infinite if the
+    border cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed polygon.
     """
     if not case.parts or prepared.mesh is None:
         return []

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats
 
 TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
-TOGETHER = 1e-9  # beyond one in all, as rounding leaves it
-FALLS = 1e-3  # of what is dissipated: less than this may come back without a word
-ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
-COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
-# levers that change how a state is solved, and what they may be
+TOGETHER = 1e-9  # rounding of the sum of relaxing fractions, which may not exceed one
+FALLS = 1e-3  # of the dissipated energy: a smaller decrease causes no warning
+ROUNDED = 1e-7  # of the work: error of the dissipated energy due to the solver tolerance
+COARSE = 0.5  # of a relaxation time: longer time steps do not resolve it
+# options that change how a state is solved, with their supported values
 PLAIN = {
     "integration": "full",
     "rotation": "point",

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
-THIN = 1e-5  # of the size of a body: where the barrier begins
-SLIGHT = 5e-4  # of the motion at rest, where that is less: a gap of it is a thousandth of a force
-LEAST = 1e-9  # of the size of a body: thinner ones drown in rounding
-BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
+THIN = 1e-5  # of the size of a body: distance at which the barrier becomes active
+SLIGHT = 5e-4  # of the prescribed motion, if that is smaller: such a gap changes forces by a thousandth
+LEAST = 1e-9  # of the size of a body: smallest activation distance above rounding
+BEARS = 0.5  # times Young's modulus: stiffness of the barrier
 
 
 def contacts_on(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
@@ -114,7 +114,7 @@ def _barrier_distance(case: Case, touch: Touch, mesh: Mesh) -> float:
     if isinstance(case.analysis, Dynamic):
         return THIN * extent
     travel = max((math.hypot(*s.thing.imposed) for s in (*case.supports, *touch.moved)), default=0.0)
-    if not travel and touch.along is None:  # how far a rigid body goes that a force presses is not known before
+    if not travel and touch.along is None:  # the travel of a force-driven rigid body is not known in advance
         travel = _estimate_shortening(case, mesh)
     return min(THIN * extent, max(SLIGHT * travel, LEAST * extent)) if travel else THIN * extent
 
@@ -287,7 +287,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 
 def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
-    """Return which nodes (n,) supports hold in all components.
+    """Return a mask (n,) of the nodes that supports hold in all components.
 
     A rigid body may overlap these nodes, because neither moves.
     """
@@ -300,7 +300,10 @@ def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
 
 
 def _supported_nodes(case: Case, mesh: Mesh) -> Bools:
-    """Return which nodes (n,) are held by a named support; a facet with only such nodes is not in contact."""
+    """Return a mask (n,) of the nodes that a named support holds.
+
+    Facets with only such nodes do not take part in contact.
+    """
     from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)

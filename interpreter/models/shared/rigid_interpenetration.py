@@ -25,8 +25,8 @@ from softmark.solvers.energies.energy import Floats
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.load_amplitudes import Amplitude
 
-PARTS = 16  # of the box around a body, along each side: points at which it is looked for in another
-DEEP = 0.01  # of the largest side of that: what is less is a touch
+PARTS = 16  # sample points along each side of the bounding box of a body
+DEEP = 0.01  # of the largest side of that box: a smaller overlap counts as contact
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def interpenetration_warnings(
         gap = gap_of(touch.rigid.thing.shape)
         assert gap is not None  # refused when the scene is checked
         things.append(MovingRigidBody(touch, gap, amplitude, states[:, names.index(name)] if name in names else None))
-    each = sorted(things, key=lambda thing: thing.states is None)  # free ones first
+    each = sorted(things, key=lambda thing: thing.states is None)  # free bodies first
     found = (_overlap_warning(one, other, times) for one, other in combinations(each, 2) if one.states is not None)
     return tuple(said for said in found if said is not None)
 

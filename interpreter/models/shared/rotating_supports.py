@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-STEP = math.radians(15.0)  # of a turn in one step of the load: its chord leaves the circle by 0.9 % of the radius
-EARLY = 0.381966  # share of the load at which supports must agree too: a whole turn ends where nothing moved
+STEP = math.radians(15.0)  # largest rotation in a load step: its chord is off the circle by 0.9 % of the radius
+EARLY = 0.381966  # load fraction at which supports must also agree, because a full turn ends where it began
 
 
 @dataclass(frozen=True)
 class OnCircles:
-    """Points X (k, 3), m, that one support moves on circles.
+    """Points X (k, 3), m, that one rotating support moves on circles.
 
     Each entry is one displacement component `along` (k,) of a point, with its index `places` (k,) in the imposed
     values.
@@ -43,12 +43,13 @@ class OnCircles:
 class RotationPath:
     """Imposed displacements as a function of the load fraction when supports rotate.
 
-    Values of points on `circles` follow the rotation; the other values are proportional to `target` (c,).
+    Values of points on `circles` follow the rotation; the other values are proportional to `target` (c,). `chains` are
+    chains of cells between supports, by which lost full turns are detected.
     """
 
     target: Floats
     circles: Sequence[OnCircles]
-    chains: tuple[CellChain, ...] = ()  # of cells, from support to support
+    chains: tuple[CellChain, ...] = ()  # chains of cells from support to support
     early = EARLY
 
     @property
@@ -89,7 +90,7 @@ def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, pe
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if the model cannot follow a rotating support in load steps that start from rest."""
+    """Yield errors if the model cannot follow a rotating support, which needs load steps that start from rest."""
     for support in case.supports:
         if support.thing.turns and (why := _unsupported_reason(model, case)):
             yield diagnostic("E519", support.at(), f"`{declared.name}` does not support the rotation `{support.name}`: "

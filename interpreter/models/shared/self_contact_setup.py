@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Energy, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
-THIN = 1e-3  # of the size of a body: where the barrier begins
-SOFT = 0.1  # of Young's modulus: the stiffness of the barrier
+THIN = 1e-3  # of the size of a body: distance at which the barrier becomes active
+SOFT = 0.1  # of Young's modulus: stiffness of the barrier
 STRAIGHT, CURVED = 3, 4  # parts of a side of a facet with nodes at its corners alone, and of others
-STIFF = 1e4  # times Young's modulus over the size of a body: a joint
-CLOSE = 1e-8  # of the size: surfaces that are nearer touch
+STIFF = 1e4  # times Young's modulus over the size of a body: stiffness of a tie
+CLOSE = 1e-8  # of the size: nearer surfaces are in contact
 
 
 def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:

@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Statics, Watch
 
-LOOKED = 10  # of the FRAMES in which faces that pass through each other are looked for, by a test that takes long
-MOMENTS = 200  # of the energies that a report keeps
-BOUNCES = 50  # impacts that a report keeps
-KEEPS = "trapezoidal"  # the integrator that takes least energy
+LOOKED = 10  # stored states in which intersecting faces are searched for, because the search is slow
+MOMENTS = 200  # number of times at which a report has energies
+BOUNCES = 50  # largest number of impacts in a report
+KEEPS = "trapezoidal"  # integrator with the least numerical damping
 REMEDY = "use a smaller step, another integrator or more damping"
 
 
@@ -58,7 +58,7 @@ class PreparedMotion:
     analysis: Dynamic
     problem: Dynamics
     mesh: Mesh | None
-    case: Case | None = field(default=None, kw_only=True)  # of what may touch
+    case: Case | None = field(default=None, kw_only=True)  # case, needed for contacts
 
     @property
     def touching(self) -> tuple[str, ...]:
@@ -311,8 +311,8 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
     """Return the momentum balance of the deformable body, N s: momentum change, and impulses of its causes.
 
-    `off` is the imbalance relative to the largest of these, about the solver tolerance. With supports, bdf2,
-    generalised-alpha and implicit Euler leave that of one step.
+    `off` is the imbalance relative to the largest of these, about the solver tolerance; with supports, bdf2,
+    generalised-alpha and implicit Euler add the impulse of one step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
@@ -430,7 +430,7 @@ def build_solid_dynamics(
     rest: Statics,
     pulling: int = 0,
 ) -> PreparedMotion:
-    """Return the dynamic analysis of a body with this mass, kg; the last `pulling` of the `loads` are muscles."""
+    """Return the dynamic analysis of a body of given mass, kg; the last `pulling` of the `loads` are muscles."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
@@ -458,7 +458,7 @@ def build_solid_dynamics(
         sound=next((e.has_no_inverted_cells for e in internal if isinstance(e, LaggedTangentEnergy)), rest.sound),
         cap=(cap := declared.thing.iteration_cap),
         pulling=pulling,
-        lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
+        lagged=cap is None,  # with a cap on iterations, steps are plain Newton steps, as in other programs
         way=rest.way,
         meets=(*meets,),
     )

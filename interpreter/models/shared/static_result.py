@@ -60,7 +60,7 @@ def uniqueness_warnings(declared: Declared, found: Equilibrium) -> tuple[Diagnos
         )
     if found.stable is None and found.solved and found.follower:
         return (
-            diagnostic(  # no admission: it says nothing of this state, unlike W314
+            diagnostic(  # unlike W314, no admission of an error of this state (`dsl robustness`)
                 "W319",
                 at,
                 f"the stability of the equilibrium of `{declared.name}` could not be determined",
@@ -79,8 +79,9 @@ def solve_static(
 ) -> Solution:
     """Return the solution of the equilibrium that `find` computes, converted by `finish`.
 
-    If `find` raises NotConverged, the solution has no displacements but the history of iterations, the reason and
-    the `remedy`. `words` describes, for the reason, a motion (dofs,) that nothing resists.
+    If `find` raises NotConverged, the solution has no displacements but the history of iterations, the reason and the
+    `remedy`. `words` is a function that describes a motion (dofs,) that no stiffness resists; its text is added to the
+    reason.
     """
     try:
         found = find()

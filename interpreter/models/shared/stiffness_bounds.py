@@ -18,10 +18,10 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.adaptive_quadrature import family_of
 from softmark.solvers.mesh.mesh import Mesh
 
-LINES = 12  # through each cell, along each of its axes
-EVEN = 129  # places along a line, evenly
-MORE = 128  # places along a line where the integral of the modulus needed points
-CELLS = 300  # that are looked at
+LINES = 12  # number of lines through each cell, along each of its axes
+EVEN = 129  # equally spaced sample points along a line
+MORE = 128  # sample points along a line where the integral of the modulus needed points
+CELLS = 300  # largest number of sampled cells
 SIDES = {  # normals of the faces of reference cells, outward, and how far along them faces are
     "hexahedra": (np.concatenate([np.eye(3), -np.eye(3)]), np.ones(6)),
     "wedges": (
@@ -30,7 +30,7 @@ SIDES = {  # normals of the faces of reference cells, outward, and how far along
     ),
     "tetrahedra": (np.concatenate([-np.eye(3), np.ones((1, 3))]), np.array([0.0, 0.0, 0.0, 1.0])),
 }
-ALL = 0.999  # of the stiffness: no more is taken for lost
+ALL = 0.999  # of the stiffness: largest loss that is assumed
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Moduli:
 
 
 def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
-    """Return how far harmonic means of the modulus along lines are below its arithmetic means.
+    """Return how far harmonic means of Young's modulus along lines are below its arithmetic means, by cell.
 
     The result is cached in the mesh.
     """
@@ -73,7 +73,7 @@ def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness
 
 
 def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
-    """Return how far harmonic means of the modulus along lines are below its arithmetic means."""
+    """Return how far harmonic means of Young's modulus along lines are below its arithmetic means, without a cache."""
     special = np.zeros(len(mesh.cells), dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(len(mesh.cells))
     every = np.flatnonzero(special)
@@ -166,7 +166,7 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
     left = [np.where(soft > 0.0, V * (stiff * t**2 - 2.0 * t * each + each**2 * soft), 0.0) for t in ways]
     energy = V * (2.0 * moduli.shear * (shape**2).sum(axis=(1, 2)) + each**2 * soft)
     by_p, by_theta = (float(np.maximum(each, 0.0).sum()) for each in left)
-    return min((1.0 + 4.0 * ENOUGH) * by_p, by_theta), float(energy.sum())  # p^2 has the miss of its own points
+    return min((1.0 + 4.0 * ENOUGH) * by_p, by_theta), float(energy.sum())  # p^2 has a quadrature error
 
 
 def _neighbourhood_means(mesh: Mesh, c: Floats) -> Floats:

@@ -14,7 +14,7 @@ from softmark.interpreter.models.shared.stiffness_bounds import ALL, Moduli, ene
 from softmark.interpreter.models.shared.varying_quadrature import CellQuadrature
 from softmark.solvers.energies.energy import Floats
 
-SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
+SOFTER = 0.01  # of the stiffness of a body: a smaller difference causes no warning
 
 
 def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
@@ -30,7 +30,7 @@ def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
         if seen is None:
             young = getattr(own.case.material, "young", None)
             if not isinstance(young, float | int):
-                return 0.0  # energies of its parts are not known on one scale
+                return 0.0  # the energies of its parts cannot be compared
             total += energies(own.mesh, u, np.full(len(own.mesh.cells), float(young)), None)[1]
             continue
         found = softness(own.mesh, moduli_of(own.case.material, pressures), seen)
@@ -53,14 +53,14 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
         seen = stiffness_of(own.case, own.mesh, True) if varies else None
         means = _cell_mean_moduli(own, seen)
         if means is None:
-            return 0.0  # energies of its parts are not known on one scale
+            return 0.0  # the energies of its parts cannot be compared
         more, whole = pressure_energies(own.mesh, u, None if p is None else p[own.which], means)
         lost, total = lost + (more if varies else 0.0), total + whole
     return lost / total if total > 0.0 else 0.0
 
 
 def _cell_mean_moduli(own: Part, seen: CellQuadrature | None) -> Moduli | None:
-    """Return the mean moduli of cells of the material of `own`; None if the material has no Young's modulus."""
+    """Return the cell means of the moduli of a material; None if the material has no Young's modulus."""
     young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
     ones = np.ones(len(own.mesh.cells))
     if seen is None:

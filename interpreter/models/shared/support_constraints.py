@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.winding_number import CellChain
 
 
-SAME = 1e-12  # relative difference of imposed values that rounding may make
+SAME = 1e-12  # relative difference of imposed values that rounding may cause
 
 
 def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
@@ -33,7 +33,7 @@ def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
     """
     from softmark.interpreter.models.shared.support_selection import (
         select_support,
-    )  # beams, which know no meshes, come here too
+    )  # imported here because beams use this module without a mesh
 
     own = select_support(owner.thing.where, mesh)
     if not own.nodes.any():
@@ -52,14 +52,14 @@ def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
 class Constraints:
     """Values that supports impose on degrees of freedom, with constraint rows that restrict rigid motions.
 
-    Each row (6,) gives one displacement component in terms of three translations and three rotations about
+    Each row (6,) gives one held displacement component in terms of three translations and three rotations about
     `centre`.
     """
 
     case: Case
     extent: float  # m, of the body: makes rotations comparable with displacements
     centre: Floats = field(default_factory=lambda: np.zeros(3))
-    unknowns: int = -1  # how many degrees of freedom there are, where holding them all is refused
+    unknowns: int = -1  # number of degrees of freedom, if holding all of them is an error
     values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
     nodes: list[Ints] = field(default_factory=lambda: [np.zeros(0, dtype=np.int64)])  # of each row; -1: of any piece
@@ -82,7 +82,7 @@ class Constraints:
         freedom in the message.
         """
         known, owner = self.values.setdefault(dof, (value, support))
-        if self.case.wide:  # nodes beyond the selection are the first's that asks
+        if self.case.wide:  # nodes beyond the selection belong to the first support
             return
         if abs(known - value) > SAME * max(abs(known), abs(value)):
             raise conflict((owner, known), (support, value), place, along, units.ANGLE if angle else units.LENGTH)
@@ -106,7 +106,7 @@ class Constraints:
         """
         if len(self.values) == self.unknowns:
             raise self._no_free_node_fault()
-        if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # which touch may hold
+        if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # contact may hold the body
             must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
@@ -132,7 +132,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     fixed, target = held.finished()
     way = held.turns(fixed, target, mesh.points, 3)
     if way is not None:
-        _constraints_at_fraction(case, mesh, measured, way.early)  # on the way there supports must agree too
+        _constraints_at_fraction(case, mesh, measured, way.early)  # supports must also agree at smaller load fractions
         way = replace(way, chains=_chains(case, mesh))
     return fixed, target, way
 
@@ -158,8 +158,8 @@ def build_constraints(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Co
 def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
     """Return descriptions of the rigid motions that remain free for a piece of the body.
 
-    `piece` (n,) marks the nodes of the piece. Supports and `more`, constraint rows (r, 6) about the same centre,
-    restrict the motions.
+    `piece` (n,) marks the nodes of the piece. `held` are the constraints of supports, and `more` are further constraint
+    rows (r, 6) about the same centre.
     """
     return free_motions(
         _scale_rotations(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent
@@ -174,7 +174,7 @@ def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int
 def _constraints_at_fraction(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Constraints:
     """Return the constraints of a body on a mesh at a fraction `share` of the support motions. Raises Fault."""
     held = Constraints(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
-    if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
+    if case.depth:  # a body of revolution can only move rigidly along its axis: other motions stretch rings
         held.see(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
     if case.beds:
         from softmark.interpreter.models.shared import foundation_setup
@@ -291,7 +291,10 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
 
 
 def unsupported_fault(case: Case, what: str, motions: list[str]) -> Fault:
-    """Return the Fault for supports that leave a body, or a part of it named by `what`, free to move."""
+    """Return the Fault for supports that leave a body free to move.
+
+    `what` names the body or the part of it that is free, and `motions` are descriptions of the free motions.
+    """
     at = case.named_supports[0].at() if case.named_supports else case.body.at()
     return fault(
         "E306",

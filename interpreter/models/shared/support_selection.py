@@ -41,11 +41,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.mesh_group_conditions import Members
     from softmark.solvers.mesh.mesh import Mesh
 
-SMALL = 1e-6  # of the body: a selection with less volume, or area, has none
-ASIDE = 1e-3  # of the size of a face: how far from it the slope of a level is looked for
-WHOLE = 1e-9  # what rounding leaves of a share
-ALONG = 1e-6  # of an edge: what rounding leaves of one that begins on the border
-MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
+SMALL = 1e-6  # of the body: a smaller volume or area of a selection counts as zero
+ASIDE = 1e-3  # of the size of a face: distance at which the slope of a level function is evaluated
+WHOLE = 1e-9  # rounding of a fraction
+ALONG = 1e-6  # of an edge that begins on the border: rounding of its selected part
+MISSED = 0.02  # of a selection: more than a polygon inscribed in a circle by a usual mesh misses
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class SupportSelection:
     """
 
     nodes: Bools  # (n,)
-    wide: Bools  # (n,) those of all cells and facets that the selection has a part of
+    wide: Bools  # (n,) nodes of all cells and facets that are partly selected
     held: float
     beyond: float
     layer: tuple[float, float] | None = None
@@ -70,7 +70,10 @@ class SupportSelection:
 
 
 def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
-    """Return the nodes of a mesh that a support with this condition holds. The result is cached in the mesh."""
+    """Return the nodes of a mesh that a support with this condition holds, and how well they represent it.
+
+    The result is cached in the mesh.
+    """
     key = SupportSelection, condition
     if key not in mesh.selections:
         mesh.selections[key] = _select_support_nodes(condition, mesh)
@@ -100,8 +103,8 @@ def _support_selection_warning(declared: Declared, name: str, own: SupportSelect
         return diagnostic(
             "W375",
             at,
-            f"`{name}` selects {_percent(asked)} of the mesh of `{declared.name}`, a layer thinner than its "
-            f"cells, so {f'cells with {_percent(held)} are' if held else 'no whole cell is'} held",
+            f"`{name}` selects a layer thinner than the cells of `{declared.name}`: {_percent(asked)} of the mesh is "
+            f"selected, {_percent(held) if held else 'no whole cell'} is held",
             "cells with only held nodes cannot deform",
             "select only the surface, or use cells as thin as the layer; `--stated` reports the effect",
         )
@@ -140,7 +143,7 @@ class _Kind:
     sizes: Floats
     simplices: Ints
     members: Members
-    rings: bool = False  # around the y axis: every piece counts by its distance from it
+    rings: bool = False  # around the y axis: every piece is weighted by its radius
 
     def sizes_of(self, pieces: Pieces) -> Floats:
         """Return the volumes, areas or lengths (p,) of pieces, weighted by radius for a body of revolution."""
@@ -159,7 +162,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
     layer = _layer_fractions(*looked[0], nodes)
     if layer is not None and not layer[1] and looked[0][1].max() < MISSED < looked[1][1].max():
         looked, layer = looked[1:], None  # a selected surface, with a layer below it that is too thin to count
-    for kind, f in looked:  # a selection without its border: what is held inside is held up to there
+    for kind, f in looked:  # a selection without its border: nodes held inside are held up to the border
         nodes[_free_nodes_of_selected_cells(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
         edges = _edges(mesh)
@@ -180,7 +183,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
 
 
 def _free_nodes_of_selected_cells(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
-    """Return free nodes that should be held too: those of wholly selected cells `whole` (c, k).
+    """Return the nodes of wholly selected cells `whole` (c, k) that are not `held` but should be.
 
     A node counts only if its edges to held nodes are selected along their whole length. Volume fractions alone do
     not detect a corner outside the selection: it changes the fraction by the cube of its relative distance.
@@ -248,7 +251,10 @@ def _edges(mesh: Mesh) -> _Kind:
 
 
 def _lines(ends: Ints, mesh: Mesh) -> _Kind:
-    """Return straight lines between pairs of nodes `ends` (m, 2). A line belongs to a group if both its ends do."""
+    """Return the straight lines between pairs of nodes `ends` (m, 2) as entities of a mesh.
+
+    A line belongs to a named group if both its ends do.
+    """
     lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
 
     def members(name: str) -> Bools:

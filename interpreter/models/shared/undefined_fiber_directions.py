@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats
     from softmark.solvers.mesh.mesh import Ints, Mesh
 
-DEEP = 4  # times a cell is cut, to parts of a sixteenth of its length
-MOST = 200_000  # parts at a time, beyond which they are cut no further
-ALIKE = 0.9  # cosine between directions around a part: where they are that near it has one, whatever is within
-BULGE = 0.1  # of the extents of a part: how far one with curved sides may reach beyond its corners
+DEEP = 4  # number of subdivisions of a cell, to parts of a sixteenth of its length
+MOST = 200_000  # largest number of parts, beyond which they are not subdivided further
+ALIKE = 0.9  # cosine between directions around a part: above it the part counts as having a direction
+BULGE = 0.1  # of the extents of a part: how far a part with curved sides may reach beyond its corners
 
 
 @dataclass(frozen=True)
 class UndefinedDirections:
-    """Volume in which a direction is undefined.
+    """Part of the volume of a body in which a fibre direction is undefined.
 
     `without` is the volume fraction without a direction, and `touched` that of cells with a singularity. `place`
     (3,), m, is one such place.
@@ -147,12 +147,15 @@ def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[V
 
 
 def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
-    """Return in which parts, with corners X (n, c, 3), m, directions at corners and centre nearly agree (n,)."""
+    """Return a mask (n,) of the parts of cells in which directions at corners and centre are nearly parallel.
+
+    X (n, c, 3), m, are the corners of the parts.
+    """
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):
         d = rule.at(at.reshape(-1, 3), read_field).reshape(at.shape)
         d = d / np.linalg.norm(d, axis=2, keepdims=True)
-        none = np.isnan(d).any(axis=2)  # on a surface where it ends both sides may be one line
+        none = np.isnan(d).any(axis=2)  # opposite directions on both sides of a surface may be one line
         near = np.abs(np.einsum("nai,nbi->nab", d, d)) >= ALIKE
     return (near | none[:, :, None] | none[:, None, :]).all(axis=(1, 2)) & ~none.all(axis=1)
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
-WEAKEST = 1e-6  # of Young's modulus times the size: a spring that a body hardly feels, and factors of its tangent bear
+WEAKEST = 1e-6  # of Young's modulus times size: a negligible stiffness with which the tangent can still be factorized
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class UnsupportedBody:
     def warnings_and_motions(
         self, declared: Declared, contacts: Mapping[str, Any], u: Floats
     ) -> tuple[tuple[Diagnostic, ...], str]:
-        """Return warnings about free pieces in a state u (3 n,), m, and a description of motions that remain free.
+        """Return warnings about free pieces of a body in a state u (3 n,), m, and a description of their free motions.
 
         A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
         several states can be merged. The description is empty if contacts hold all pieces.
@@ -76,11 +76,11 @@ class UnsupportedBody:
         body = f"`{self.held.case.body.name}`"
         what = body if self.whole else f"a piece of {body}"
         problem = f"supports leave {what} free to {join_motions(left_free(self.held, piece, []))}: "
-        problem += f"{by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
+        problem += f"only {by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
         stays = f"; it is still free to {adrift} and stays at its initial position there" if adrift else ""
-        remedy = "move the body or surface that should hold it closer: only an artificial spring holds it in place"
+        remedy = "only an artificial spring holds it in place: move the body or surface that should touch it closer"
         if by:
-            remedy = "an artificial spring held it during the solution and now carries less than "
+            remedy = "an artificial spring held it during the solution; at the end the spring carries less than "
             remedy += f"{GONE:.0e} of the forces{stays}"
         label = "held only by contact" if by else "not held"
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift

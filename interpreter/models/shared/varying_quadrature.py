@@ -26,14 +26,14 @@ from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.positive_quadrature import reduce_rules
 
 TOLERANCE = (
-    1e-4  # of the integral of a constant over a cell: by how much two rules may differ, the better of which counts
+    1e-4  # of the integral of a constant over a cell: largest difference of two rules, of which the better is used
 )
-FLOOR = 1e-3  # of the mean of a constant over the body, added to that over a cell
-ENOUGH = 2e-3  # of an integral over a cell: an element whose own points miss less keeps them
-PARTS = 25_000  # of cells in all, beyond two of each: a few seconds
-SPARE = 1e-9  # of Poisson's ratio below 0.5: beyond, volumes are kept
+FLOOR = 1e-3  # of the mean of a constant over the body, added to its mean over a cell as the scale of errors
+ENOUGH = 2e-3  # of an integral over a cell: with a smaller error a cell keeps the points of its element
+PARTS = 25_000  # total number of parts of cells beyond two per cell, which take a few seconds
+SPARE = 1e-9  # distance of Poisson's ratio from 0.5 below which the material is incompressible
 
-Look = Callable[[Profile, Floats], Floats]  # a constant at points (..., 3), m
+Look = Callable[[Profile, Floats], Floats]  # function that returns a constant at points (..., 3), m
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Functions:
     values: Callable[[Floats], Floats]
     bounds: Callable[[Floats, Floats], tuple[Floats, Floats]]
     kept: int
-    inverses: tuple[tuple[int, int], ...]  # index of the function, and of its inverse
+    inverses: tuple[tuple[int, int], ...]  # pairs of indices: a function and its inverse
 
     @property
     def axes(self) -> Floats:
@@ -99,7 +99,7 @@ def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -
 
 
 def constant_functions(profile: Profile, look: Look) -> Functions:
-    """Return a single constant, such as a density or a muscle tension, as a function to be integrated."""
+    """Return a single constant, such as a density or a muscle tension, as a function with bounds for quadrature."""
 
     def values(X: Floats) -> Floats:
         return look(profile, X)[None]
@@ -193,7 +193,7 @@ def degree_of(mesh: Mesh, mass: bool) -> int:
     element = mesh.element
     simplex = family_of(element) == "tetrahedra"
     stiff = 2 * (element.order - 1) if simplex else 2 * element.order + (element.order == 1)
-    stiff = max(stiff, max(map(sum, element.monomials)) - 1)  # slopes of shape functions balance where strain is even
+    stiff = max(stiff, max(map(sum, element.monomials)) - 1)  # exact for uniform strain
     return max(2 * element.order, stiff) if mass else stiff
 
 
@@ -266,7 +266,10 @@ def _choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) 
 def _rule(
     mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int
 ) -> tuple[CellRule, Floats]:
-    """Return a rule with few points in special cells and the element's points in others, and its relative error."""
+    """Return a rule with few points in `special` cells and the element's points in others.
+
+    The second result is the relative error of the rule in each special cell.
+    """
     some = np.flatnonzero(special[fine.cell])
     numbers = np.cumsum(special) - 1
     cell = numbers[fine.cell[some]]

@@ -70,8 +70,8 @@ class PreparedSprings(MeshBasedModel):
     target: FitTarget | None = None
     fit: Fit | NoFit | None = None
     disturbance: Disturbance | None = None
-    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
-    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    before: Floats | None = None  # nodal displacements (3 n,) of the previous state, m, used as start
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # each load separately
     density: float = 0.0  # kg/m^3
 
     def warm(self) -> None:
@@ -185,10 +185,10 @@ class MovingSprings(PreparedMotion):
 
 
 def load(model: MassSpring) -> None:
-    """Import the modules that building needs."""
+    """Import the libraries that `prepare` needs, so that their import does not count as building time."""
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
-    if isinstance(model.stiffness, Calibrated):  # its solutions are part of the preparation
+    if isinstance(model.stiffness, Calibrated):  # the solutions of the fit are part of the preparation
         warm_kernels()
 
 
@@ -285,7 +285,10 @@ def _metric_at_factor(factor: float, built: PreparedSprings, trial: Statics, tar
 
 @dataclass
 class _Patience:
-    """Limit on the iterations of one trial of the fit, because a collapsing network may need hundreds of them."""
+    """Limit on the Newton iterations of one trial of the stiffness fit.
+
+    A network that collapses may need hundreds of iterations.
+    """
 
     iterations: int = 0
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
-FAR = 0.05  # from it: then the material is another one
+FAR = 0.05  # difference from CAUCHY that causes a warning
 
 
 @dataclass(frozen=True)
@@ -172,11 +172,14 @@ class MassSpring(Model):
         )
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan."""
+        """Return a one-line description of the model for `dsl plan`."""
         return f"{self.mesh_words(case)}, {self._description_without_size}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model: all its properties except its size; None without a family."""
+        """Return the kind of the model: its description without mesh size, the mesh size, and Poisson's ratio.
+
+        The result is None if the mesh has no size, because it is read from a file.
+        """
         solid = self.solid.kind(case)
         return None if solid is None else replace(solid, words=f"{self.network}, {self._description_without_size}")
 

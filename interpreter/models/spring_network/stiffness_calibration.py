@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Field = Callable[[Floats], Floats]
 
-STRIDE = 0.5  # of the logarithm of the factor, between the trials that bracket its best value
-REACH = 4.5  # of that logarithm: factors from 1/90 to 90
-CLOSE = 1e-3  # how well the logarithm of the factor is found
-UNUSABLE = 1e30  # error of a factor with which there is no equilibrium
+STRIDE = 0.5  # step of the logarithm of the factor while its best value is bracketed
+REACH = 4.5  # largest absolute logarithm: factors from 1/90 to 90
+CLOSE = 1e-3  # tolerance of the logarithm of the factor
+UNUSABLE = 1e30  # error that stands for a factor without an equilibrium
 
 
 @dataclass(frozen=True)

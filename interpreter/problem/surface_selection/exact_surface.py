@@ -36,9 +36,10 @@ Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3
 
 @dataclass(frozen=True)
 class Piece:
-    """Part of a body's surface, with a function for the area and normal of the part that a condition selects.
+    """Part of a body's exact surface.
 
-    `moved` returns its points moved out of the body by a distance, m, or into it if that is negative.
+    `measure` returns the area, m^2, and normal integrals of the part that a condition selects. `moved` returns the
+    points of the piece moved out of the body by a distance, m, or into it if that is negative.
     """
 
     measure: Callable[[Condition, float], Measured]

@@ -3,8 +3,8 @@
 A mesh file gives points of a curved surface and nothing between them: facets of a sphere lie inside it, or bulge out of
 it. A border along such a surface, as `r <= 10.001 mm` on a sphere of 10 mm, would cut facets whose nodes are all on one
 side. Angles to the neighbours show how far a facet may deviate. A border that crosses a facet only within that
-distance, and that runs parallel to the facet as far as its nodes show, does not cut it: the nodes decide. A border
-across the surface is never moved. Nor is one on flat faces, where there is no angle.
+distance, and that runs parallel to the facet as far as its nodes show, does not cut it: the nodes decide. Borders
+across the surface still cut facets. So do borders on flat faces, which have no angles to their neighbours.
 """
 
 from __future__ import annotations

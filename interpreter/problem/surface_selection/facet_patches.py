@@ -123,7 +123,11 @@ def _increment_exponent(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class ConditionOnPatches:
-    """Condition on patches, with a mask `settled` (f, b) of borders that cut no facet; their levels are `settling`."""
+    """Condition on the facets of patches; some of its borders are settled: they do not cut a facet.
+
+    `settled` (f, b) is a mask of the settled borders b of each facet f. Their levels on the facets are `settling` (f,
+    b).
+    """
 
     condition: Condition
     patches: Patches
@@ -132,14 +136,15 @@ class ConditionOnPatches:
 
     @staticmethod
     def of(condition: Condition, patches: Patches) -> ConditionOnPatches:
-        """Return the condition on patches without settled borders."""
+        """Return a condition on patches in which no border is settled."""
         size = (len(patches.corners), len(condition.borders))
         return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
 
     def steady(self, f: Ints) -> ConditionOnPatches:
-        """Return the condition with borders settled that have one level at all points of a facet of f (n,).
+        """Return the condition in which borders are also settled that have the same level at all points of a facet.
 
-        Such borders run along a curved surface, as a distance from the axis does on a cylinder's side.
+        Only facets f (n,) are tested. Such borders run along a curved surface, as a distance from the axis does on a
+        cylinder's side.
         """
         xi = moment_fitted_quadrature.point_positions(self.patches.nodes)
         X = self.patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
@@ -214,7 +219,11 @@ class ConditionOnPatches:
 
 @dataclass(frozen=True)
 class BorderBounds:
-    """Levels of each border at corners (n, 3), bounds of slopes along sides (3, n), and mask of crossings (b, n)."""
+    """Bounds of the borders of a condition over n triangles.
+
+    For each border, `values` has the levels at the corners (n, 3), and `slopes` the lower and upper bounds of the
+    slopes along the sides (3, n). `crossed` (b, n) is a mask of the borders that may cross a triangle.
+    """
 
     values: Sequence[Floats]
     slopes: Sequence[tuple[Floats, Floats]]

@@ -187,7 +187,10 @@ def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurf
 
 
 def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
-    """Return a mask of the borders that do not cut each facet of a mesh (f, b), and their levels there (f, b)."""
+    """Return a mask of the settled borders of each facet of a mesh (f, b), and their levels there (f, b).
+
+    A border is settled on a facet that it does not cut.
+    """
     asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.sides:
         crossed = asked.crossed_facets()

@@ -22,7 +22,7 @@ __all__ = ["Part", "select_facets", "select_patches"]
 
 @dataclass(frozen=True)
 class Part:
-    """Selected part of facets: whole facets (w,), and quadrature points on partly selected ones.
+    """Selected part of facets: whole facets (w,), and quadrature points on partly selected facets.
 
     The points have facets f (k,), local coordinates xi (k, 2) and weights w (k,). `remainder` is the area, m^2, of
     which it is not known whether it is selected.

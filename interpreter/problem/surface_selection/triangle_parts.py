@@ -49,7 +49,10 @@ def clip_triangles(
 
 
 def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces, float]:
-    """Return the selected pieces, and the whole area within the borders, m^2; 0 if no area is left out."""
+    """Return the selected pieces, and the area within the condition's borders, m^2, with chords as curved borders.
+
+    Pieces that a curved border crosses are neither cut nor selected, so the selected pieces may have a smaller area.
+    """
     curved = [b for b, border in enumerate(condition.borders) if border.plane is None]
     for b in range(len(condition.borders)):
         pieces = pieces if b in curved else _cut_crossed(condition, b, pieces, extent)

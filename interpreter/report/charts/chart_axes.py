@@ -39,7 +39,10 @@ def nice_step(span: float, about: int) -> float:
 
 
 def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axis:
-    """Return a linear axis from low to high (SI), with round ticks in a suitable multiple of `unit`."""
+    """Return a linear axis from low to high (SI) with about `about` round ticks.
+
+    The tick labels are in a suitable multiple of the SI unit `unit`. The axis label is `name` with that multiple.
+    """
     scale = choose_scale((low, high), unit)
     step = nice_step((high - low) / scale.factor, about)
     decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
@@ -62,11 +65,11 @@ def integer_axis(low: int, high: int, name: str, about: int = 6) -> Axis:
 
 
 def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:
-    """Return a logarithmic axis that includes low and high (SI), with ticks at powers of ten.
+    """Return a logarithmic axis that includes low and high (SI), with about `about` ticks at powers of ten.
 
     Labels of lengths look like `10 µm`, those of plain numbers like `10⁻³`. The ends are 1, 2 or 5 times a power of
-    ten. The
-    axis spans at least a factor of ten, so that there are two ticks.
+    ten.
+    The axis spans at least a factor of ten, so that there are two ticks.
     """
     bottom, top = _round_number_below(low), _round_number_above(high)
     if top < 10 * bottom:

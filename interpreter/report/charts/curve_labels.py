@@ -19,8 +19,8 @@ Point = tuple[float, float]
 Path = Sequence[Point | None]
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 
-CLOSE = 16.0  # pixels; two ends nearer than this need lines to tell their names apart
-LED = 9  # with more curves than this, lines to names would be a tangle
+CLOSE = 16.0  # pixels; names of curves that end nearer to each other than this need leader lines
+LED = 9  # with more curves than this, leader lines would cross too often
 LETTER = 7.4  # width of a letter, pixels
 ANGLES = (-20, 25, -50, 55, 160, -160, 90, 125, -125, -90)  # degrees, clockwise from the right
 
@@ -139,9 +139,11 @@ def _is_inside(point: Point, box: Box) -> bool:
 
 
 def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
-    """Yield candidate positions for a name next to the end of its curve.
+    """Yield candidate positions for a name next to the end point of its curve, pixels.
 
-    If the end is crowded by other curves, these are left out. With `led`, positions farther away are added.
+    With `crowd`, other curves end nearby, and the positions directly at the end point are left out. With `led`,
+    positions
+    farther away, with a leader line, are added.
     """
     x, y = end
     if not crowd:

@@ -20,8 +20,8 @@ class Curve:
     points: tuple[Point | None, ...]
     column: int = 1
     columns: int = 1
-    every: int = 0  # a marker at every so many points; 0: about seven in all
-    named: bool = True  # by its end, if there is room
+    every: int = 0  # number of points from one marker to the next; 0: about seven markers in all
+    named: bool = True  # whether the name is drawn at the end of the curve, if there is space
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,10 @@ def _fact_rows(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
 
 
 def plain_fact(known: Any) -> str:
-    """Return a fact, such as a version, as text; digests are shortened."""
+    """Return a value of the environment or scene, such as a version, as text.
+
+    A SHA-256 digest is cut to 12 digits.
+    """
     said = "nothing" if known is None else str(known)
     return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
 

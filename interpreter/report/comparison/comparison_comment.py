@@ -86,7 +86,10 @@ def _time_row(change: TimeChange) -> Row:
 
 
 def _noise(changes: Changes) -> str:
-    """Return a sentence with the number of changes that are within the noise."""
+    """Return a sentence that counts the changes without a clear meaning.
+
+    These are changes below the uncertainty of their references, and changes of times whose noise is unknown.
+    """
     below = sum(m.verdict not in SORT for m in changes.metrics)
     undecided = sum(t.verdict == "undecided" for t in changes.times)
     numbers = f"{below} more changes are below the uncertainty of their references" if below else ""

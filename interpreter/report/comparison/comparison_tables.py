@@ -79,7 +79,7 @@ def _effort_headings(view: SceneView) -> tuple[str, ...]:
 def _point(view: SceneView, point: ComparedPoint) -> str:
     sign, mood = MOODS.get(point.status, ("✗", "bad"))
     words = " " + text(status_of(point.status))
-    if point.status == "converged":  # the usual: the sign is enough for those who see it
+    if point.status == "converged":  # the usual status: the symbol suffices, words are only for screen readers
         words = tag("span", words, class_="spoken")
     status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
     cells = [row_head(point.label, point.outline), tag("td", status, _full_residual(point))]
@@ -171,7 +171,10 @@ def _spread_cells(spread: Spread | None) -> tuple[Cell, ...]:
 
 
 def effort_to_error(view: SceneView) -> str:
-    """Return tables of the effort that each refinement line needs to reach each error level, one per error metric."""
+    """Return for each error metric a table of the effort that refinement lines need to reach each error level.
+
+    A refinement line has the configurations of one model that differ in one number, such as the cell size.
+    """
     return "".join(_effort_table(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
@@ -226,9 +229,9 @@ def best_at_rates(view: SceneView) -> str:
     head = [heading(w, w in ("Error", "Takes", "Left")) for w in words]
     rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own.rates]
     caption = (
-        "Smallest error within the time of a frame. A configuration fits if the third quartile of its times is "
-        "within the frame, or 95 % of its time steps; without time steps, the whole solution must fit. Uncertain: "
-        "only the median fits."
+        "Configuration with the smallest error whose solution fits into the time of a frame. It fits if the third "
+        "quartile of its solution times, or 95 % of its time steps, is shorter than the frame. Uncertain: only the "
+        "median fits."
     )
     return table(caption, head, rows)
 
@@ -255,7 +258,10 @@ def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
 
 
 def orders(view: SceneView) -> str:
-    """Return a table of observed orders of convergence and limits of every refinement line; empty if there is none."""
+    """Return a table of observed orders of convergence and extrapolated limits; empty if there is none.
+
+    It has rows for every refinement line, that is for the configurations of one model that differ in one number.
+    """
     entries = view.analysis.orders
     if not entries:
         return ""
@@ -276,7 +282,10 @@ def orders(view: SceneView) -> str:
 
 
 def _order_rows(view: SceneView, entry: LineOrders) -> list[str]:
-    """Return the table rows of a refinement line, one for each probe or metric; the first row also has the errors."""
+    """Return the table rows of one refinement line, one for each probe or metric.
+
+    The first row also has the orders of the errors.
+    """
     errors = [_error_order(entry, m) for m in view.metrics]
     limits = entry.limits or [Limit(DASH, "metric", "", None, None, ConvergenceEstimate("unusable", entry.doubt))]
     (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)
@@ -289,7 +298,12 @@ def _name(name: str) -> str:
 
 
 def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> list[str]:
-    """Return table cells with the finest value, the order, the limit with its index, and whether they are reliable."""
+    """Return five table cells on the convergence of a value with mesh refinement.
+
+    They are the value `finest` on the finest mesh, the order of convergence, the extrapolated limit, the grid
+    convergence
+    index, and whether the meshes are in the asymptotic range.
+    """
     mark = "" if found.asymptotic else " ‡"
     order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark
     below = "" if found.relative is None else typeset_number(f"{100 * found.relative:.2g} %")
@@ -320,7 +334,12 @@ def _error_order(entry: LineOrders, metric: str) -> str:
 
 
 def distances(view: SceneView) -> str:
-    """Return a table of the distances between all results; empty if there are fewer than two."""
+    """Return a table of the differences between the deformed shapes of all models and references.
+
+    A difference is the relative l2 norm of the displacement difference at shared points. The table is empty if there
+    are
+    fewer than two results.
+    """
     known = view.analysis.distances
     names = known.names
     if len(names) < 2:

@@ -22,8 +22,8 @@ from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.analysis.study_results import ParetoAnswer
 
-WIDE = 110  # characters of a line where nobody says how wide the window is
-TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speaks of
+WIDE = 110  # characters per line if the width of the window is unknown
+TOLD = 4  # largest number of problems of a scene, and of lines of an answer, in the terminal
 CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 

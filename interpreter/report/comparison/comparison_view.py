@@ -21,7 +21,10 @@ CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
 
 @dataclass(frozen=True)
 class SceneView:
-    """Scene of a comparison with its part of the analysis, if it is a single problem, or one problem of the scene."""
+    """Data of one scene for the page and terminal table of a comparison.
+
+    If a sweep changes the reference, a scene has several problems. Then a view has the data of only one of them.
+    """
 
     number: int
     scene: str
@@ -78,7 +81,7 @@ class SceneView:
 
     @property
     def lines(self) -> Sequence[RefinementLine]:
-        """Refinement lines of all models."""
+        """Refinement lines of all models: the configurations of a model that differ in one number, in its order."""
         return self.analysis.lines
 
     @property
@@ -172,9 +175,11 @@ def separate_problems_note(own: Sequence[SceneView]) -> str:
 
 
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
-    """Return the titles of scenes, by the names that points use.
+    """Return the title of each scene by its name.
 
-    If titles are equal, the file is added. A name without a scene is its own title.
+    `entries` are the records of the scenes, `names` the names by which points refer to scenes. Scenes with equal titles
+    get
+    the name of their file in brackets. A name without a record is its own title.
     """
     found, files = {}, {}
     for i, name in enumerate(names):

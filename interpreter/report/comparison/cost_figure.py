@@ -40,9 +40,10 @@ def _phase_names(points: Sequence[ComparedPoint]) -> list[str]:
 
 
 def _shown_configurations(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
-    """Return the configurations to show.
+    """Return the configurations to show, at most SHOWN.
 
-    These are all if they are few, otherwise those on a Pareto front and the finest of each refinement line.
+    If there are more, these are the configurations on a Pareto front and the last one, the finest, of each refinement
+    line.
     """
     if len(split) <= SHOWN:
         return list(split)
@@ -97,7 +98,7 @@ def _csv_link(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[s
 
 
 def quality(view: SceneView, allowed: bool = False) -> str:
-    """Return sentences on the reliability of the timings."""
+    """Return sentences on the reliability of the timings as HTML; `allowed` is true if disturbed timings count."""
     known = view.analysis.timing
     if not known.timed:
         return _callout("quiet", "No times were measured: configurations are compared by their number of unknowns.")
@@ -115,7 +116,7 @@ def quality(view: SceneView, allowed: bool = False) -> str:
 
 
 def _list_labels(labels: Sequence[str], of: int) -> str:
-    """Return `all`, or the first eight labels and the number of others."""
+    """Return `all` if there are `of` labels, else the first eight labels and the number of the others."""
     if len(labels) == of > 1:
         return "all"
     more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""

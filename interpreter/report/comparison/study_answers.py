@@ -72,7 +72,7 @@ def study_lines(answer: Answer) -> list[str]:
     A line looks like `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`.
     """
     if isinstance(answer, ParetoAnswer):
-        names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
+        names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "no configuration"
         return [f"{answer.study}: on the Pareto front of {answer.error} and {answer.cost_name}: {names}"]
     return [
         f"{answer.study}: {answer.metric} of {entry.line}: {_convergence_sentence(entry)}" for entry in answer.lines

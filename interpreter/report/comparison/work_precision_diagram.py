@@ -28,8 +28,8 @@ from softmark.records import dataclass
 WIDTH, HEIGHT, LEFT, TOP = 620.0, 400.0, 84.0, 44.0
 NAMED = 9  # with more lines than this, only the legend names them
 RATES = ((25.0, "25 Hz"), (300.0, "300 Hz"), (1000.0, "1 kHz"))
-BELOW = 20.0  # the axis ends at so small a part of the uncertainty: below it differences have no meaning
-TOLD = 0.1  # an uncertainty below so small a part of the least error is not drawn
+BELOW = 20.0  # the error axis ends at the uncertainty divided by this: smaller differences have no meaning
+TOLD = 0.1  # fraction of the least error; a smaller uncertainty is not drawn
 END = 0.97  # fraction of the axis beyond which a long label would stick out
 RING = 7.0
 
@@ -265,7 +265,7 @@ def _without_overhanging_label(axis: Axis) -> Axis:
     return replace(axis, ticks=tuple((v, said) for v, said in axis.ticks if axis.at(v) < END or len(said) <= 4))
 
 
-# ------------------------------------------------------------------ what lies under the lines
+# ------------------------------------------------------------------ background of the lines
 
 
 @dataclass(frozen=True)

@@ -61,9 +61,8 @@ class Exported:
 def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: RunOptions) -> Exported:
     """Export the models of a scene, by default all, in the format `to`, together with the exam sheet.
 
-    Raises SceneError for a model that cannot be built, and if a model in `only`, or no model at all, can be expressed
-    in
-    the format. Raises OSError if the folder cannot be written.
+    `only` are the names of requested models. Raises SceneError for a model that cannot be built, if a model in `only`
+    cannot be expressed in the format, and if no model can. Raises OSError if the folder cannot be written.
     """
     ready, refused = _exportable_models(scene, to, list(only) or list(scene.of_kind("model")), options)
     if (refused and only) or not ready:
@@ -148,7 +147,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
 
 
 def _unexported_loads(scene: Scene, name: str) -> Iterator[Reason]:
-    """Yield the loads that are exported only as forces in the undeformed state."""
+    """Yield the follower loads of a model with the reason; they are exported only as forces in the undeformed state."""
     declared = _as_softmark_model(scene.declared[name])
     yield from reasons_of_loads(declared.thing, case_for(scene, declared))
 
@@ -188,7 +187,9 @@ def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str
     for number, (problem, named) in enumerate(each, start=1):
         place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"
         home = atomic_files.folder_within(folder, *place.parts)
-        with tempfile.TemporaryDirectory(dir=home, prefix=".part-") as made:  # formats write as they like
+        with tempfile.TemporaryDirectory(
+            dir=home, prefix=".part-"
+        ) as made:  # a format may write its files in several steps
             for file in form(to).export(problem, named, Path(made)):
                 os.replace(Path(made) / file, home / file)
                 own.append((place / file).as_posix())

@@ -1,8 +1,9 @@
 """Report as a JUnit file for continuous integration: one test case per model, reference and expectation.
 
 Numbers are `<properties>`, which tools can plot over builds. An expectation has its metric, value, unit, relation,
-limit, stated error, uncertainty and reference. A model or reference has those of each of its metrics, by name. The test
-suite has the facts on which the numbers depend, such as versions.
+limit, stated error, uncertainty and reference. A model or reference has for each metric its value, and under the names
+`METRIC.unit`, `METRIC.stated_error`, `METRIC.uncertainty` and `METRIC.reference` the other facts. The test suite has
+the facts on which the numbers depend, such as versions.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ def write(report: Report, folder: str | Path, page: bool = True) -> list[Path]:
     """Write report.json and, with `page`, report.html into a folder, and return their paths. Raises OSError."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    written = [replace(target / "report.json", report.dumps())]  # first: it is what cannot be made again
+    written = [replace(target / "report.json", report.dumps())]  # first, because the page can be made again from it
     if not page:
         return written
     from softmark.interpreter.report.run.report_page import render

@@ -76,7 +76,7 @@ def _header(board: Board) -> str:
 
 def _strength_section(ranked: list[ModelStrengths]) -> str:
     """Return the HTML section with the strengths of each model."""
-    heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No result")
+    heads = ("Model", "Right", "Fastest", "Most accurate", "Wrong", "No result")
     head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))
     rows = [
         tag("tr", tag("th", text(m.model), scope="row"),
@@ -86,8 +86,8 @@ def _strength_section(ranked: list[ModelStrengths]) -> str:
     ]  # fmt: skip
     table = tag("table", head, tag("tbody", *rows), class_="merits")
     lead = (
-        "Fastest: among models with a right result. Most accurate: within the uncertainty of the reference. Both "
-        "only for cases with several models."
+        "Each cell lists cases. Fastest: among the models with a right result. Most accurate: smallest error, or an "
+        "equal one within the uncertainty of the reference. Both need a case with several models."
     )
     wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Strengths of models")
     return section("merits", "Strengths of each model", tag("p", text(lead), class_="lead"), wide)

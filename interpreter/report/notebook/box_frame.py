@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.interpreter.report.page.html_document import excerpt, part
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 
-LARGEST = 1_000_000  # characters of one output: more is left out, and said
+LARGEST = 1_000_000  # characters of one output; more is left out with a note
 ROWS = 40  # largest number of rows of a table
 SIGNS = {"good": "✓", "bad": "✗", "warn": "…", "quiet": "–"}
 
@@ -30,9 +30,9 @@ def isolated_frame(label: str, markup: str, styles: Sequence[str], scripts: Sequ
 
 
 def if_it_fits(drawn: str, rest: str, where: str) -> str:
-    """Return the HTML `drawn` if its size and that of the `rest` fit the limit.
+    """Return the HTML `drawn` if it has, together with the HTML `rest`, at most LARGEST characters.
 
-    Otherwise return a sentence that names the place `where` it is shown.
+    Otherwise return a sentence that the drawing is too large, and that the program or file `where` shows it.
     """
     if len(drawn) + len(rest) <= LARGEST:
         return drawn

@@ -20,14 +20,14 @@ from softmark.interpreter.report.view3d.compact_surfaces import POINTS
 from softmark.interpreter.results.run_report import ExpectationResult, Report
 
 SHAPES = 24  # largest number of shapes drawn
-ROOM = 400_000  # bytes of all of them
+ROOM = 400_000  # bytes of all shapes
 EACH = 30  # bytes of a point with its triangles and its error
 WHERE = "`report.write(FOLDER)`"
 
 
 def inline(report: Report) -> str:
     """Return the display of a report as HTML of bounded size."""
-    # without the text of the scene no number of a line is a link: the listing is not here
+    # without the text of the scene line numbers are no links: the display has no listing
     findings = ReportSummary(replace(report, scene={**report.scene, "text": ""}))
     mood, ended = findings.status
     above = [verdict(mood, f"{ended}."), tag("p", prose(findings.conclusion))]

@@ -16,7 +16,10 @@ SHOWN = 12  # curves of models that are drawn at first; the legend has the other
 
 @dataclass(frozen=True)
 class PlateColumn:
-    """Group of columns of a data table under one name: symbols with units (`x / mm`), and a text for each row."""
+    """Group of columns of a data table under one name.
+
+    `symbols` are the column headers with units (`x / mm`). `cells` has the texts of each row, one for each symbol.
+    """
 
     name: str
     symbols: tuple[str, ...]
@@ -33,7 +36,9 @@ def figure_block(
 ) -> str:
     """Return the HTML of a figure.
 
-    `caption` is markup. `open_` names the curves that are shown initially, None for all.
+    `caption` is markup, `save` the HTML link to the CSV file. `open_` names the curves that are shown initially, None
+    for
+    all.
     """
     drawing = tag("div", chart.svg(), class_="drawing")
     side = _legend(chart, open_) if legend else ""

@@ -21,8 +21,8 @@ def legible(value: object) -> str:
     return _CONTROL.sub(lambda match: _visible_symbol(match[0]), str(value))
 
 
-# what HTML or XML forbid: control characters other than tab and line feed, surrogates, noncharacters; and what turns
-# the direction of the letters after it
+# forbidden in HTML or XML: control characters but tab and line feed, surrogates, noncharacters; also characters
+# that change the direction of the following text
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]")
 
 

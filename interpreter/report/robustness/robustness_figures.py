@@ -25,7 +25,7 @@ CELL, EDGE = 46.0, 74.0  # cell and margin of a heat map, pixels
 
 
 def key(study: RobustnessStudyRecord) -> str:
-    """Return the HTML legend of the classes that occur in a study, with their meaning."""
+    """Return the HTML legend of the verdicts that occur in a study, such as `right`, with their meaning."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
         tag("li", _class_disc(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
@@ -36,7 +36,10 @@ def key(study: RobustnessStudyRecord) -> str:
 
 
 def _class_disc(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
-    """Return the SVG of a coloured disc with the symbol of a class."""
+    """Return the SVG of a coloured disc with the symbol of the verdict `name`, such as `right`.
+
+    Its centre is at x and y, pixels. With `alone` the disc is a picture of its own, for a legend.
+    """
     said = tag("title", text(strip_backticks(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
     glyph = tag("text", text(class_of(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
@@ -129,7 +132,10 @@ def _thin_marks(marks: Sequence[Any]) -> Iterator[Any]:
 
 
 def maps(study: RobustnessStudyRecord) -> str:
-    """Return a heat map for each model and pair of quantities: the class as tint and symbol, the error as a number."""
+    """Return a heat map for each model and pair of quantities.
+
+    Each cell shows the verdict as tint and symbol, and the error as a number.
+    """
     units = {q.name: q.unit for q in study.quantities}
     plates = [_heat_map(own, units) for own in study.maps]
     return tag("div", *plates, class_="small-plates") if plates else ""

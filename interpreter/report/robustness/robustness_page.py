@@ -144,7 +144,7 @@ def _validity_range_cell(own: list[ValidityEdge], unit: str) -> str:
 
 def _describe_beyond_edge(edge: ValidityEdge, unit: str) -> str:
     met = status_beyond(edge, unit)
-    if isinstance(edge, ChoiceEdge):  # a choice has no sides
+    if isinstance(edge, ChoiceEdge):  # a choice of options has no lower and upper end
         return text(met or "right with all options")
     side = "above" if edge.direction == "up" else "below"
     return text(f"{side}: {met or 'right up to the last tested value, ' + format_value(edge.reached, unit)}")
@@ -167,7 +167,7 @@ def strips(stress: Robustness) -> str:
 def _heat_map_section(stress: Robustness) -> str:
     """Return the section of heat maps over pairs of quantities."""
     blocks = [_with_study_name(stress, study, stress_figures.maps(study)) for study in stress.studies]
-    return section("maps", "Two at a time", *blocks) if any(blocks) else ""
+    return section("maps", "Two quantities varied at once", *blocks) if any(blocks) else ""
 
 
 def _remedy_list(stress: Robustness) -> str:
@@ -199,7 +199,7 @@ def _points(stress: Robustness) -> str:
     rows = [_point(p) for p in stress.points]
     if not rows:
         return ""
-    heads = ("Model", "Values", "Class", "Error", "Stated", "Message")
+    heads = ("Model", "Values", "Class", "Error", "Estimated error", "Message")
     head = tag("tr", *(tag("th", h, scope="col") for h in heads))
     table = tag("div", tag("table", tag("thead", head), tag("tbody", *rows), class_="compared"), class_="scroll")
     return section("points", "Points", table if len(rows) <= FOLDED else details(count(len(rows), "point"), table))

@@ -43,7 +43,7 @@ def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, 
 
 
 def _study(study: RobustnessStudyRecord) -> Iterator[str]:
-    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} %, "
+    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} % error, "
            f"until {study.until}")  # fmt: skip
     for quantity in study.quantities:
         models = list(dict.fromkeys(e.model for e in study.edges if e.quantity == quantity.name))
@@ -79,12 +79,12 @@ def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
         return
     at = ""
     if edge.met is not None and (edge.word != "unjudged" or edge.last_right is not None):
-        at = f" {'from' if edge.direction == 'up' else 'down from'} {number(edge.met, unit)}"
+        at = f" at {number(edge.met, unit)} and {'above' if edge.direction == 'up' else 'below'}"
     yield f"{SAID.get(edge.word, edge.word)}{at}" + (f": {edge.reason}" if edge.reason else "")
     if edge.silence and edge.first_silence is not None and edge.first_silence != edge.first_wrong:
-        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)}"
+        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)} on"
     if edge.remedy:
-        yield f"= {edge.remedy}"
+        yield f"= help: {edge.remedy}"
 
 
 def number(value: float, unit: str) -> str:
@@ -96,7 +96,7 @@ def number(value: float, unit: str) -> str:
 
 def _counts(summary: RobustnessSummary) -> str:
     parts = [f"{n} {SAID.get(word, word)}" for word, n in summary.classes.items() if n and word != "silent"]
-    said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent"
+    said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent (wrong without a warning)"
     none = summary.points and summary.classes.get("unjudged") == summary.points
     return said + (": no point was judged, so this has no meaning" if none else "")
 
@@ -114,7 +114,7 @@ def _silent_point_lines(found: Robustness, file: str, overrides: Sequence[str], 
         for text in (*overrides, *(f"{n}={make_all_visible(t)}" for n, t in point.texts.items())):
             command += ["-p", text]
         command += ["--model", point.model]
-        says = "" if point.found.states is None else f", stated error {100 * point.found.states:.2g} %"
+        says = "" if point.found.states is None else f", estimated error {100 * point.found.states:.2g} %"
         error = f"{metric} = {100 * (point.found.error or 0.0):.3g} %{says}"
         yield f"{on}  {shlex.join(command)}{off}   # {error}"
     if len(silent) > MOST:

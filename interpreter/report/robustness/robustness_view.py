@@ -20,7 +20,10 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Class:
-    """Display of a class of points: words, symbol and meaning; the symbol makes colour unnecessary."""
+    """Display of a verdict on a point, such as `right` or `diverged`: its words, symbol and meaning.
+
+    The symbol makes colour unnecessary.
+    """
 
     words: str
     sign: str
@@ -31,7 +34,7 @@ CLASSES: Mapping[str, Class] = {
     "right": Class("right", "✓", "error within the requested limit"),
     "inaccurate": Class("inaccurate (reported)", "▲", "error above the limit, and the model reports that it may be"),
     "silent": Class(
-        "wrong without a warning", "!", "converged, but the error is above the limit and above what the model states"
+        "wrong without a warning", "!", "converged, but the error is above the limit and above the model's own estimate"
     ),
     "not_converged": Class("not converged", "×", "no equilibrium was found, and the model reports that"),
     "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model reports that"),
@@ -43,7 +46,7 @@ CLASSES: Mapping[str, Class] = {
 
 
 def class_of(name: object) -> Class:
-    """Return the display of a class of points; an unknown class is shown by its name."""
+    """Return the display of the verdict called `name`; an unknown verdict is shown by its name."""
     return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
 
 
@@ -78,9 +81,11 @@ GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # for Poisson's ratio, the only quantity vari
 
 
 def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
-    """Return the coordinate of a value on a scale of the given kind.
+    """Return the coordinate of a value on a scale of the given kind, which increases along the scale.
 
-    `marks` are the values of an evenly spaced scale.
+    Kinds: `log` and `linear`; `gap`, logarithmic in the distance to the limit GAP_LIMIT; `turn`, evenly spaced in the
+    order
+    of `marks`.
     """
     if kind == "turn":
         return float(list(marks).index(value)) if value in marks else 0.0
@@ -153,7 +158,7 @@ def point_tooltip(point: RobustnessPoint) -> str:
     where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "all values of the scene"
     pieces = [class_of(found.word).words]
     pieces += [f"error {percent(found.error)}"] if found.error is not None else []
-    pieces += [f"stated error {percent(found.states)}"] if found.states is not None else []
+    pieces += [f"estimated error {percent(found.states)}"] if found.states is not None else []
     pieces += [found.code] if found.code else []
     message = f"; {found.message}" if found.message else ""
     return f"{where}: {', '.join(pieces)}{message}"

@@ -39,6 +39,6 @@ def gaps(own: Collection[ValidityEdge]) -> str:
 
 
 def options_by_class(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
-    """Return each class with the options that have it, the class `right` first."""
+    """Return each verdict with the options that have it, the verdict `right` first."""
     words = dict.fromkeys(("right", *edge.classes.values()))
     return [(word, own) for word in words if (own := edge.options_of_class(word))]

@@ -38,7 +38,7 @@ from softmark.interpreter.report.run.tables import (
 from softmark.interpreter.report.view3d import shapes_section
 from softmark.interpreter.results.run_report import Report
 
-# id of the section, who makes it ("" where it has nothing to show)
+# id of the section, and the function that makes it (which returns "" if there is nothing to show)
 SECTIONS: tuple[tuple[str, Callable[[ReportSummary], str]], ...] = (
     ("shapes", shapes_section.section_of),
     ("figure", centre_lines.section_of),

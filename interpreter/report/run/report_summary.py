@@ -28,9 +28,9 @@ class MetricColumn:
     against: str | None = None
     summary: str = ""
     line: int | None = None
-    model: str | None = None  # the model that it is a difference from, if that is no reference
-    part: str = ""  # `the quarter of layer that is modelled`, where it is that of a part
-    clock: bool = False  # a share of the time that there is: the verdict matters, not the number
+    model: str | None = None  # model from which the metric is a difference, if it is not a reference
+    part: str = ""  # `the quarter of layer that is modelled`, if the metric refers to a part of the body
+    clock: bool = False  # true for real-time metrics, whose verdict matters and not the number
 
     @property
     def is_error(self) -> bool:

@@ -33,8 +33,8 @@ from softmark.interpreter.results.run_report import (
 from softmark.records import dataclass
 
 MENTIONED = 0.02  # fraction of a limit from which the uncertainty of a reference is mentioned
-LEAST_ERROR = 1e-9  # m, of a reference that says its own
-SEVERAL = 5  # names that a line lists
+LEAST_ERROR = 1e-9  # m, for a reference that states its own error
+SEVERAL = 5  # largest number of names listed in a line
 
 STATUS = {
     "converged": "ok",
@@ -49,7 +49,7 @@ STATUS = {
 INVERTED = "inverted cells"
 
 
-WIDE = 110  # characters of a line where nobody says how wide the window is
+WIDE = 110  # characters per line if the width of the window is unknown
 
 
 def table(report: Report, terminal: bool, width: int | None = None) -> str:
@@ -121,7 +121,7 @@ class _Paint:
         return self._apply_style(text, "31")
 
 
-REFERENCE = "reference: "  # and its kind
+REFERENCE = "reference: "  # followed by the kind of the reference
 EFFORT = ("unknowns", "newton", "time", "")
 
 
@@ -242,14 +242,14 @@ def _shorten_time(clock: str) -> str:
 
 
 def _real_time_verdict(found: MetricResult) -> str:
-    """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x`.
+    """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x too slow`.
 
     If a time step is longer than a frame, the model can never be fast enough.
     """
     margin = float(found.details.get("margin", 0.0))
     if found.details["verdict"]:
         return f"yes, {100 * margin:.0f} % left"
-    return f"NO, {1 - margin:.3g} x" if margin < 0 else "NO, step too long"
+    return f"NO, {1 - margin:.3g} x too slow" if margin < 0 else "NO, step too long"
 
 
 def _amount(value: float, unit_text: str) -> str:

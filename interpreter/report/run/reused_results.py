@@ -13,7 +13,7 @@ SEVERAL = 8  # names of one run that are listed
 
 
 def sentence(report: Report, quote: str = "") -> str:
-    """Return the note as text; empty if nothing was reused.
+    """Return the note as text, with names between `quote` characters; empty if nothing was reused.
 
     For example: `reused from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`.
     """

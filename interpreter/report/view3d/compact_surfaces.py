@@ -71,7 +71,9 @@ def _thin_frames(shape: DrawnSurface, most: int) -> DrawnSurface:
 
 def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]) -> list[str]:
     """Return sentences on surfaces that are coarser on the page than in the results."""
-    coarse: dict[tuple[str, int, str], dict[str, int]] = {}  # (with or at, how many there are, of what) -> who has left
+    coarse: dict[
+        tuple[str, int, str], dict[str, int]
+    ] = {}  # (`with` or `at`, total number, things) -> remaining number by name
     for name, shape in given.items():
         own = kept[name]
         if len(own.position) < len(shape.position):
@@ -102,7 +104,9 @@ def thin_surface(shape: DrawnSurface, limit: int, triangles: bool = False) -> Dr
     extent = np.ptp(shape.position, axis=0)
     cell = float(np.linalg.norm(extent)) / (limit**0.5 * 2.0) or 1.0
     rest = shape.position if shape.frames is None else shape.frames[0]
-    bare = DrawnSurface(rest, shape.triangles)  # cells are chosen by where points are at first: the rest comes once
+    bare = DrawnSurface(
+        rest, shape.triangles
+    )  # cells follow from the initial positions; frames and fields are averaged once at the end
     for _ in range(60):
         small = _merge_points(bare, cell)
         if (len(small.triangles) if triangles else len(small.position)) <= limit:
@@ -157,7 +161,7 @@ def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
 
 
 def pack_surface(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
-    """Return a surface as JSON that `shapes.js` reads.
+    """Return a surface as JSON that `shapes.js` reads; `mesh` is the index of its triangles on the page.
 
     Positions are in 1/65535 of the bounding box, errors in 1/65535 of the largest error.
     """

@@ -70,7 +70,10 @@ def _pack_rigid_surface(own: DrawnRigidBody) -> dict[str, Any]:
 
 
 def caption(shapes: Iterable[DrawnSurface], moment: str) -> str:
-    """Return a sentence for the caption that rigid bodies are transparent."""
+    """Return a sentence for the caption that rigid bodies are drawn translucent; empty if there are none.
+
+    `moment` is a phrase added at its end, such as ` in each state`.
+    """
     names = [f"`{name}`" for name in dict.fromkeys(own.name for shape in shapes for own in shape.instruments)]
     if not names:
         return ""

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 PANELS = 24  # with more shapes than this only some models are shown initially
 CLIP = 95.0  # percentile of the points of one shape
-FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
+FAR = 3.0  # a shape with errors this many times larger than typical ones does not determine the colour scale
 STAGE = "Shapes of all models. Arrow keys rotate, plus and minus zoom, 0 resets the view, space plays."
 STATISTICS = ("mean", "median", "95 %", "largest")
 
@@ -97,7 +97,7 @@ class _Shapes:
 
     findings: ReportSummary
     small: ReducedSurfaces
-    key: str = ""  # the end of its ids
+    key: str = ""  # suffix of the element ids
     body: str = ""
     stills: bool = True  # pictures for readers without scripts
 
@@ -345,8 +345,8 @@ class _Shapes:
         if not self.beyond:
             return ""
         names, clip = join_few_names([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
-        verb = "goes" if len(self.beyond) == 1 else "go"
-        return f" It ends at {clip} at first, so that typical errors can be distinguished; {names} {verb} beyond."
+        one = len(self.beyond) == 1
+        return f" It ends at {clip}, so that typical errors can be distinguished; {names} exceed{'s' * one} this."
 
     # -------------------------------------------------------------- numbers
 

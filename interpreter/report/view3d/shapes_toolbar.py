@@ -40,7 +40,11 @@ def toolbar(
 ) -> str:
     """Return the HTML of the controls, which are hidden without scripts.
 
-    `carried` are names of fields, such as stress, that colours can show.
+    `names` has name, colour sample, CSS classes and initial visibility of each shape. `errors` is true if there are
+    errors to show as colours, `beside` if shapes are initially side by side. `ghosts` has index, name and initial
+    choice of
+    each reference that can be drawn behind the shapes. `carried` are names of fields, such as stress, that colours can
+    show.
     """
     key, first = kind.key, 0 if beside else 1
     groups = [_option_group("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
@@ -116,7 +120,12 @@ def time_bar(name: str) -> str:
 
 
 def colour_bar(most: float, clipped: float, name: str) -> str:
-    """Return the HTML of the colour bar of errors, once for each range; the style sheet shows the chosen one."""
+    """Return the HTML of the colour bar of errors with three scales.
+
+    They go up to the largest error `most`, m, up to the end of the typical range `clipped`, m, and over DECADES
+    decades. The
+    style sheet shows the scale that the reader chose.
+    """
     top, cut = most or 1e-9, clipped or most or 1e-9
     scales = scale_below(linear(0.0, top, name, "m", 6), "full", "")
     scales += scale_below(linear(0.0, cut, name, "m", 6), "clipped", MORE)
@@ -128,12 +137,15 @@ def colour_bar(most: float, clipped: float, name: str) -> str:
 
 
 def colours() -> str:
-    """Return the HTML of the colour bar itself, from the smallest to the largest value."""
+    """Return the HTML of the strip of colours of a colour bar, from the smallest to the largest value."""
     return tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
 
 
 def scale_below(axis: Axis, kind: str, ends: str) -> str:
-    """Return the HTML below a colour bar: ticks, name, and marks for values beyond its ends."""
+    """Return the HTML below a colour bar: the ticks of its axis, and the axis label followed by the text `ends`.
+
+    `kind` is a CSS class by which the style sheet shows the scale, such as `log`.
+    """
     ticks = [tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks]
     marks = tag("div", *ticks, class_="marks")
     return tag("div", marks, tag("p", text(axis.label + ends)), class_=f"scale {kind}".strip())

@@ -51,7 +51,9 @@ def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floa
     axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
     for shape in shapes.values():
         flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
-        flat += [X @ axes for X in room.positions(shape) if len(X)]  # bodies that the plane misses have no outline
+        flat += [
+            X @ axes for X in room.positions(shape) if len(X)
+        ]  # a rigid body that the plane does not cut has no outline
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 

@@ -20,8 +20,8 @@ from softmark.interpreter.report.view3d.still_picture import CameraView, render_
 from softmark.interpreter.results.run_report import DrawnSurface, SurfaceField
 from softmark.records import dataclass
 
-USUAL = 95.0  # per cent of the points of each shape that the scale holds at first
-FAR = 3.0  # a shape with numbers so many times the usual ones does not set the colours
+USUAL = 95.0  # per cent of the points of each shape that the initial scale covers
+FAR = 3.0  # a shape with values this many times larger than typical ones does not determine the colour scale
 FLAT = 1e-6  # smaller ranges, relative to the size of the tensors, are rounding and get one colour
 ENDS = " (the end colours include all larger or smaller values)"
 STATISTICS = ("least", "mean", "largest")
@@ -81,7 +81,7 @@ class FieldColours:
 
     given: Mapping[str, DrawnSurface]
     shapes: Mapping[str, DrawnSurface]
-    when: str  # they are known, of shapes that move
+    when: str  # phrase on the time or state at which fields of moving shapes are known
 
     @cached_property
     def models(self) -> dict[str, DrawnSurface]:

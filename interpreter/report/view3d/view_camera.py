@@ -38,4 +38,6 @@ def letters(view: CameraView) -> str:
 
 def upward(findings: ReportSummary) -> Floats:
     """Return the unit vector (3,) against gravity, or along z without gravity."""
-    return 0.0 - np.array(findings.report.names.down)  # without the sign of a zero
+    return 0.0 - np.array(
+        findings.report.names.down
+    )  # subtracted from 0, because the negative of a zero would be shown as -0

@@ -139,7 +139,7 @@ def _advise_fastest(question: AdviceQuestion, level: float, able: Sequence[Candi
     other = next((c for c in able[1:] if c.model != winner.model), None)
     few = "smallest" if question.judged.clock == UNKNOWNS else "fastest"
     said = (
-        f"For `{question.metric}`{question.reference_phrase} of {question.amount(level)} or less, "
+        f"For an error of {question.amount(level)} or less in `{question.metric}`{question.reference_phrase}, "
         f"`{winner.label}` is the {few}: "
         f"{question.effort(winner.effort)}, {question.error(winner)}"
     )
@@ -172,7 +172,7 @@ def _compare_with_next_model(
     """Return a clause that compares the effort of the winner with that of the best other model."""
     if other is None:
         models = {c.model for c in question.judged.candidates.values()}
-        return "; no other model reaches this." if len(models) > 1 else "."
+        return "; no other model is that accurate." if len(models) > 1 else "."
     factor = other.effort.median / winner.effort.median
     if not decided:
         return (
@@ -195,7 +195,9 @@ def _advise_most_accurate(question: AdviceQuestion, candidates: Sequence[Candida
     other = next((c for c in ranked[1:] if c.model != winner.model), None)
     if winner.within:
         return _advise_indistinguishable(question, [c for c in ranked if c.error == winner.error], other, level)
-    lowest = f"no configuration reaches {question.amount(max(question.levels))}" if question.levels else ""
+    lowest = (
+        f"no configuration has an error of {question.amount(max(question.levels))} or less" if question.levels else ""
+    )
     begin = f"{lowest}; " if level is None and lowest else ""
     said = (
         f"By `{question.metric}`{question.reference_phrase}, {begin}`{winner.label}` is the closest: "
@@ -226,8 +228,8 @@ def _advise_indistinguishable(
     few = "smallest" if question.judged.clock == UNKNOWNS else "fastest"
     said = (
         f"`{question.metric}`{question.reference_phrase} has an uncertainty of ± "
-        f"{question.amount(question.judged.uncertainty)}{blind}; {named} {'are' if several else 'is'} within it"
-        + (f", indistinguishable; `{winner.label}` is the {few} of them" if several else "")
+        f"{question.amount(question.judged.uncertainty)}{blind}; the error{'s' if several else ''} of {named} "
+        + (f"are below it and cannot be ranked; `{winner.label}` is the {few} of them" if several else "is below it")
         + f": {question.effort(winner.effort)}."
     )
     return Advice(question, said, winner, other, None, not several, _caveats(question, winner))
@@ -240,7 +242,7 @@ def _caveats(question: AdviceQuestion, winner: Candidate, within: bool = False) 
     """
     found = []
     if winner.contaminated:
-        found.append("Its timing was disturbed: the time is unreliable.")
+        found.append("Its timing was disturbed by other processes: the time is unreliable.")
     if winner.capped:
         found.append("Its solution was stopped by `max_iterations` before convergence, which is included in its error.")
     if within:
@@ -273,7 +275,7 @@ def remarks_of(point: ComparedPoint) -> list[str]:
     return found
 
 
-# ------------------------------------------------------------------ metrics that disagree
+# ------------------------------------------------------------------ disagreement of metrics
 
 
 @dataclass(frozen=True)
@@ -301,7 +303,8 @@ def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]
             continue
         said = (
             f"`{one}` and `{two}` rank configurations differently: the most accurate is `{first[0].label}` by the "
-            f"first and `{second[0].label}` by the second; {apart} of {len(pairs)} pairs are in opposite order."
+            f"first and `{second[0].label}` by the second; {apart} of {len(pairs)} pairs of configurations are in "
+            f"opposite order."
         )
         found.append(Disagreement([one, two], said, apart, len(pairs)))
     return found

@@ -53,7 +53,7 @@ References = Mapping[str, SolvedReference]  # by name
 
 @dataclass(frozen=True)
 class ComparisonTerms(JsonRecord):
-    """Settings of an analysis: clock, frame rates, and whether disturbed timings count."""
+    """Settings of an analysis: clock of the computing times, frame rates, and whether disturbed timings count."""
 
     allow_contaminated: bool = False  # disturbed timings count as well
     rates: tuple[float, ...] = RATES  # Hz
@@ -70,7 +70,7 @@ class ComparisonTerms(JsonRecord):
         return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
 
 
-# ------------------------------------------------------------------ what is found
+# ------------------------------------------------------------------ results
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Analysis(JsonRecord):
         return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
 
 
-# ------------------------------------------------------------------ how it is found
+# ------------------------------------------------------------------ analysis
 
 
 def analyse(

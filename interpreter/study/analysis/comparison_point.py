@@ -76,9 +76,9 @@ class Cost:
     step_s: Spread | None = None
     step_cpu_s: Spread | None = None
     setup_s: Spread | None = None
-    frame_s: float | None = None  # s of what must fit a frame
+    frame_s: float | None = None  # time that must fit into one frame, s
     memory_bytes: float | None = None
-    phases: Mapping[str, float] = field(default_factory=dict)  # s of each part, those above zero
+    phases: Mapping[str, float] = field(default_factory=dict)  # CPU time of each phase, s, if above zero
     flags: tuple[str, ...] = ()
     excluded_runs: int = 0
     contaminated: bool = False  # timing was disturbed by other processes
@@ -114,7 +114,10 @@ class Cost:
 
     @cached_property
     def frame(self) -> Spread | None:
-        """Time that must fit into a frame, s, with quartiles from the clock that measured it."""
+        """Computing time that must fit into one frame for real time, s, as median and quartiles.
+
+        The quartiles are those of the clock that measured it, or of the most similar clock.
+        """
         if not self.frame_s:
             return None
         known = [s for s in (self.step_s, self.step_cpu_s, self.wall_s, self.cpu_s) if s is not None]
@@ -128,7 +131,7 @@ class Cost:
 UNTIMED = Cost()
 
 
-# ------------------------------------------------------------------ what came of it
+# ------------------------------------------------------------------ parts of a result
 
 
 NOT_MEASURED = PointError()
@@ -136,12 +139,12 @@ NOT_MEASURED = PointError()
 
 @dataclass(frozen=True)
 class Fineness(JsonRecord):
-    """Resolution of a configuration, as returned by `resolution_of`."""
+    """Resolution of a configuration: cell size, segments and time step, with their theoretical orders."""
 
-    of: Mapping[str, float] = field(default_factory=dict)  # size, segments and step, as far as it has them
-    formal: Mapping[str, float] = field(default_factory=dict)  # the order in displacements that theory gives each
-    problem: str = ""  # a digest of all else
-    meshed: bool = False  # the number of elements is that of its own mesh
+    of: Mapping[str, float] = field(default_factory=dict)  # size, segments and step, if the model has them
+    formal: Mapping[str, float] = field(default_factory=dict)  # theoretical order of displacements for each
+    problem: str = ""  # digest of everything except the resolution
+    meshed: bool = False  # True if the number of elements is that of the model's own mesh
     counts: Sequence[int] | None = None  # cells along each direction
 
 
@@ -151,7 +154,7 @@ class ReducedFrom(JsonRecord):
 
     READ: ClassVar = {"extrapolates": tuple}
 
-    of: str  # the model that it is made from
+    of: str  # full model from which it was reduced
     repeats: bool = False  # trained in the same state in which it is judged
     extrapolates: tuple[str, ...] = ()  # values outside its training range
     full_residual: float | None = None  # fraction of the load not balanced in the full model's equations
@@ -222,7 +225,7 @@ class ComparedPoint:
 
     @property
     def part(self) -> str:
-        """Group of configurations that compete with this one.
+        """Name of the group of configurations that compete with this one, such as `beam, E = 30 kPa`.
 
         A group has the same scene and the same values of those varied names that change the reference of the errors.
         """
@@ -284,7 +287,7 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
     return found if math.isfinite(found) else None
 
 
-# ------------------------------------------------------------------ what several points say
+# ------------------------------------------------------------------ several points
 
 
 def clock_of(points: Sequence[ComparedPoint], asked: str | None = None) -> str:

@@ -32,8 +32,7 @@ class Distances(JsonRecord):
     """Relative distances |u_row - u_column| / |u_column| between displacements at common probes.
 
     Rows and columns are the references and the finest configuration of each model. An entry of `matrix` is None if
-    there is
-    no common point, or if the column has zero displacement; `reasons` then has the reason.
+    there is no common point, or if the column has zero displacement; `reasons` then has the reason.
     """
 
     names: list[str]
@@ -109,7 +108,7 @@ def _squared_distance(p: Sequence[float], q: Sequence[float]) -> float:
     return sum((x - y) ** 2 for x, y in zip(p, q, strict=True))
 
 
-# ------------------------------------------------------------------ levers
+# ------------------------------------------------------------------ effects of single changes
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ class Candidate(JsonRecord):
 
 @dataclass(frozen=True)
 class JudgedPoints:
-    """Points of one scene for one error metric, divided into those that count and those that are left out."""
+    """Points of one scene that count for one error metric, and the excluded points with the reasons."""
 
     metric: str
     clock: str
@@ -89,7 +89,7 @@ class JudgedPoints:
 def judge_points(
     points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False
 ) -> JudgedPoints:
-    """Divide the points of one scene into those that count for an error metric and those that are left out."""
+    """Return the points of one scene that count for an error metric, and the excluded points with the reasons."""
     uncertainty = uncertainty_of(points, metric)
     judged = JudgedPoints(metric, clock, uncertainty, {}, {})
     first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
@@ -153,7 +153,7 @@ def find_pareto_front(candidates: Iterable[Candidate]) -> list[Candidate]:
     return front
 
 
-# ------------------------------------------------------------------ time to an error
+# ------------------------------------------------------------------ effort to reach an error
 
 
 @dataclass(frozen=True)
@@ -219,8 +219,7 @@ def error_levels(unit: str, scale: float | None, errors: Iterable[float]) -> lis
     """Return useful levels of an error metric, the largest first.
 
     For dimensionless errors they are 10, 5 and 1 %. For lengths they are round values near 10, 5 and 1 % of `scale`,
-    the
-    largest displacement, m. For other units they are at most three powers of ten within the range of `errors`.
+    the largest displacement, m. For other units they are at most three powers of ten within the range of `errors`.
     """
     if unit in ("1", ""):
         return list(RELATIVE)
@@ -240,7 +239,7 @@ def nearest_round_number(value: float) -> float:
     return min(choices, key=lambda c: abs(math.log(c / value)))
 
 
-# ------------------------------------------------------------------ the error within a frame
+# ------------------------------------------------------------------ smallest error within a frame time
 
 
 @dataclass(frozen=True)

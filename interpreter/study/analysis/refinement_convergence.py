@@ -27,9 +27,9 @@ class Refinement:
     """Solved configurations of a refinement line that differ only in their resolution."""
 
     target: str  # size, segments or step
-    formal: float | None  # order in displacements that theory gives it
-    members: list[tuple[float, ComparedPoint]]  # h, coarse to fine: of cells that of the mesh, in any unit
-    unlike: str | None  # why its meshes are not similar, if they are not
+    formal: float | None  # theoretical order of displacements
+    members: list[tuple[float, ComparedPoint]]  # (h, point) from coarse to fine, with the size h in any unit
+    unlike: str | None  # reason why the meshes are not geometrically similar, or None
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,7 @@ class Limit(JsonRecord):
     """Limit under refinement of a displacement, m, or of a metric, in its unit.
 
     For a probe it is the limit of the largest displacement component. Metrics are used for lines without common probes,
-    and
-    for quantities such as forces.
+    and for quantities such as forces.
     """
 
     of: str
@@ -227,7 +226,7 @@ def _metric_limit(line: Refinement, metric: str) -> Limit | None:
 
 
 def _missing_limit(metric: str) -> Limit:
-    """Return an entry without a limit for a metric that some configurations do not have."""
+    """Return a limit without a value, for a metric that some configurations of the refinement line do not have."""
     return Limit(
         metric,
         "metric",

@@ -19,9 +19,9 @@ class RefinementLine(JsonRecord):
     model: str
     study: str | None
     varied: str | None  # None: one configuration
-    fixed: tuple[tuple[str, str], ...]  # what else was varied, the same for all members
+    fixed: tuple[tuple[str, str], ...]  # other varied values, which are the same for all members
     members: tuple[ComparedPoint, ...]
-    name: str = ""  # its label; where others have the same, with the study's name or a number
+    name: str = ""  # unique label, with the study's name or a number if necessary
 
     @cached_property
     def keys(self) -> list[str]:
@@ -78,8 +78,7 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
     """Return the varied name by which configurations are ordered in refinement lines; None if no number varies.
 
     It is the first name that controls a size, segments or a step, otherwise the first that changes the number of
-    unknowns,
-    otherwise the first varied number.
+    unknowns, otherwise the first varied number.
     """
     numbers: dict[str, set[float]] = {}
     for point in members:

@@ -62,7 +62,7 @@ def kind_of(found: Any, name: str) -> str:
     return str(schema)
 
 
-# ------------------------------------------------------------------ what is found
+# ------------------------------------------------------------------ changes
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,7 @@ class MetricChange(JsonRecord):
     """Change of the value of a metric, classified by `verdict`.
 
     Verdicts: `changed`, `changed by less than the uncertainty`, `lost` and `found` (of the value), `added` and
-    `removed`
-    (of the metric).
+    `removed` (of the metric).
     """
 
     name: str
@@ -185,7 +184,7 @@ def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file",
     )
 
 
-# ------------------------------------------------------------------ what is matched
+# ------------------------------------------------------------------ compared subjects
 
 
 @dataclass(frozen=True)
@@ -257,7 +256,7 @@ def _fact_changes(old: Json, new: Json) -> list[FactChange]:
     return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
 
 
-# ------------------------------------------------------------------ what is compared
+# ------------------------------------------------------------------ comparison
 
 
 def _metric_changes(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[MetricChange]:

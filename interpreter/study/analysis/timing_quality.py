@@ -117,10 +117,8 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
     """Return medians and quartiles over the undisturbed runs of one job, or None if no run has a solution.
 
     `asked` is the number of undisturbed runs that were requested. `pace` is the usual pace of the whole comparison, s,
-    by
-    default that of these runs. If there are too few undisturbed runs, wall times are those of all runs. CPU times are
-    then
-    those of the runs at the usual pace, if these are enough.
+    by default that of these runs. If there are too few undisturbed runs, wall times are those of all runs. CPU times
+    are then those of the runs at the usual pace, if these are enough.
     """
     runs = [r for r in records if is_timed_solution(r)]
     if not runs:
@@ -208,8 +206,7 @@ def _phase_times(records: Sequence[Record], used: Sequence[Record], median: floa
     """Return the CPU time of each phase of a solution, s, and of mesh, set-up and output.
 
     The clocks of phases slow the run that they measure. So only the proportions of phases are used, to divide `median`,
-    the
-    CPU time of a solution without these clocks, s.
+    the CPU time of a solution without these clocks, s.
     """
     made = {n: statistics.median(r["setup"][n][1] for r in used) for n in ("mesh", "set-up")}
     last = next((r for r in reversed(records) if r.get("phases")), None)

@@ -182,6 +182,8 @@ def _override_with_value(override: Override, node: tree.Expression) -> Override:
 
 @dataclass(frozen=True)
 class _Family:
+    """Family of configurations: the combinations of varied values of one study, for some models."""
+
     study: str | None
     steps: tuple[tuple[Override, ...], ...]  # the combinations of values
     models: tuple[str, ...]
@@ -269,7 +271,10 @@ def _select_sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
 
 
 def _merge_independent(members: list[Configuration]) -> list[Configuration]:
-    """Return the configurations, with models that no varied value affects only once and in no family."""
+    """Return the configurations, with a single one for each model that no varied value affects.
+
+    Such a configuration belongs to no study.
+    """
     known = {c.key for c in members if c.variation}
     alone = {c.key: replace(c, study=None) for c in members if not c.variation and c.key not in known}
     kept = [c for c in members if c.variation]

@@ -89,7 +89,7 @@ def declaration_text(declared: Declared) -> str:
     return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
 
 
-# ------------------------------------------------------------------ models that others refer to
+# ------------------------------------------------------------------ models needed by metrics and references
 
 
 def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
@@ -119,7 +119,7 @@ def _without_mesh_size(model: Declared) -> Declared:
     return replace(model, thing=replace(model.thing, size=None))
 
 
-# ------------------------------------------------------------------ remembering references
+# ------------------------------------------------------------------ cached references
 
 
 _REMEMBERED: dict[str, Any] = {}

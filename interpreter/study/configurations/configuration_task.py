@@ -159,7 +159,7 @@ def _point_entry(scene: Scene, report: Report, model: ModelResult) -> Json:
 
 
 def _stated_error(scene: Scene, model: ModelResult) -> PointStated:
-    """Return the error that a model states of the first relative error metric, and in `of` of all metrics."""
+    """Return the errors that a model states of all metrics, in `of`, and that of the first relative error metric."""
     relative = (
         n for n, m in scene.of_kind("metric").items()
         if n in model.stated and m.thing.unit == "1" and m.thing.measured_from is not None

@@ -66,7 +66,7 @@ def _resolution_fields(declared: Declared) -> dict[str, Any]:
     return {"step": thing.step} if isinstance(thing, Dynamic) else {}
 
 
-# ------------------------------------------------------------------ orders of theory
+# ------------------------------------------------------------------ theoretical orders
 
 
 def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:

@@ -23,15 +23,14 @@ if TYPE_CHECKING:
 Trace = list[float] | str
 SAME = 1e-4  # relative difference below which references are equal up to solver tolerance
 
-# ------------------------------------------------------------------ what a truth is known by
+# ------------------------------------------------------------------ identification of references
 
 
 def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
     """Return for each reference of a model's errors a few numbers that identify it.
 
     They are |X|, |u| and weighted sums of X and u, m, for each probe with points X and displacements u. A reference
-    without
-    displacements, such as a surface, is identified by its declaration and its files.
+    without displacements, such as a surface, is identified by its declaration and its files.
     """
     found: dict[str, Trace] = {}
     for name in dict.fromkeys(e.against for e in errors.values() if e.against not in (None, model)):
@@ -60,7 +59,7 @@ def _is_different(a: Trace, b: Trace) -> bool:
     return any(abs(x - y) > SAME * norms[i // 2] for i, (x, y) in enumerate(zip(a, b, strict=True)))
 
 
-# ------------------------------------------------------------------ which names change it
+# ------------------------------------------------------------------ names that change a reference
 
 
 def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

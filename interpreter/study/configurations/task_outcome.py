@@ -49,7 +49,7 @@ class PointTask(JsonRecord):
 
 @dataclass(frozen=True)
 class TruthStatement(JsonRecord):
-    """Error that a model serving as the reference states of itself, in terms of the metric."""
+    """Error that a model used as the reference states of its own result, as a value of the study's metric."""
 
     READ: ClassVar = {"stated": StatedError.from_json}
 
@@ -89,7 +89,7 @@ class SolvedReference(JsonRecord):
 
 
 class TaskAttempt(JsonRecord):
-    """Base class of outcomes of a task, complete or reduced."""
+    """Base class of outcomes of a task, with or without displacement fields."""
 
     unfinished: bool
     limit_s: float | None
@@ -137,7 +137,7 @@ class PointOutcome(TaskAttempt):
         return str(self.point["status"])
 
 
-# ------------------------------------------------------------------ what of a point decides its class
+# ------------------------------------------------------------------ results of a point
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,10 @@ class PointWarning(JsonRecord):
 
 @dataclass(frozen=True)
 class PointStated(StatedError):
-    """Error that a model states of its first relative error metric, and in `of` of all metrics."""
+    """Error that a model states of the first relative error metric, and of all metrics.
+
+    `metric` is the name of that metric; `of` has the stated errors of all metrics.
+    """
 
     SELDOM: ClassVar = ("unit", "metric", "of")
     READ: ClassVar = {**StatedError.READ, "of": mapping_reader(StatedError.from_json)}

@@ -21,11 +21,9 @@ class TimingJob(JsonRecord):
     """Configuration to be timed; `key` identifies its times.
 
     The scene is given as `text` (with the `folder` of its files), or as `file`, which is a path or the name of a
-    standard
-    scene. Solutions are repeated until they have taken `least_s` seconds. If the first solution takes longer than
-    `patience_s`, it is not a warm-up but is itself timed. A process that needs longer than `costly_s` in total is
-    repeated
-    only three times. A process that is not finished after `timeout_s` is killed.
+    standard scene. Solutions are repeated until they have taken `least_s` seconds. If the first solution takes longer
+    than `patience_s`, it is not a warm-up but is itself timed. A process that needs longer than `costly_s` in total is
+    repeated only three times. A process that is not finished after `timeout_s` is killed.
     """
 
     READ: ClassVar = {"overrides": tuple, "plugins": tuple}

@@ -25,7 +25,10 @@ Steps = tuple[tuple[float, float], ...]  # (tau, fraction), where the fraction r
 
 @dataclass(frozen=True)
 class PerformanceProfile:
-    """Performance profile of one model over `of` cases."""
+    """Performance profile of one model over `of` cases.
+
+    `steps` are the performance ratios tau at which the fraction of cases rises, each with the new fraction.
+    """
 
     model: str
     steps: Steps
@@ -76,7 +79,10 @@ def relative_costs(costs: Mapping[str, float]) -> dict[str, float]:
 
 
 def make_profiles(ratios: Costs, of: int, models: Sequence[str]) -> list[PerformanceProfile]:
-    """Return the performance profile of each model that has an answer, the largest final fraction first."""
+    """Return the performance profile of each model that has an answer, the largest final fraction first.
+
+    `ratios` are the performance ratios by case and model, and `of` is the number of cases.
+    """
     found = []
     for model in models:
         own = sorted(case[model] for case in ratios.values() if model in case)

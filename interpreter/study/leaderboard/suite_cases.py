@@ -113,7 +113,9 @@ def _check_case(case: Case, scene: Scene) -> Diagnostic | None:
         return case.fault("E743", "by", f"`{case.by}` has no reference", "not an error", hint)
     kind = references[metric.thing.measured_from].thing.kind
     if case.kind != kind:
-        message = f"the reference of `{case.by}`, `{metric.thing.measured_from}`, is of the kind {_with_article(kind)}"
+        message = (
+            f"`{metric.thing.measured_from}`, the reference of `{case.by}`, is of another kind: {_with_article(kind)}"
+        )
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
     if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
         given = units.dimension_name(case.dimension)
@@ -137,7 +139,7 @@ def subjects_of(cases: Sequence[BoardCase]) -> list[SceneSubject]:
     return list(found.values())
 
 
-# ------------------------------------------------------------------ who answers
+# ------------------------------------------------------------------ participating models
 
 
 def _board_case(case: Case, subject: SceneSubject) -> BoardCase:

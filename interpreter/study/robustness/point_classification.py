@@ -28,8 +28,7 @@ def classify(
     """Return the class of an outcome of a task.
 
     A result is right if its error `metric` is at most `within` plus the relative `uncertainty` of the reference.
-    `doubt` is
-    the reason why the reference is invalid for this scene, or None.
+    `doubt` is the reason why the reference is invalid for this scene, or None.
     """
     point = outcome.point
     codes = tuple(dict.fromkeys(w.code for w in point.warnings))
@@ -100,8 +99,8 @@ def _reason_no_reference(name: str, truth: TruthStatement) -> str | None:
         said = (f"{code}, {DOUBTS[code]}" if code in DOUBTS else code for code in stated.doubts)
         return f"the reference model `{name}` has warnings ({'; '.join(said)})"
     if stated.value is None:
-        reason = stated.reason or "it states no error"
-        return f"the reference model `{name}` states no error: {reason}"
+        reason = stated.reason or "none could be estimated"
+        return f"the reference model `{name}` has no error estimate: {reason}"
     return None
 
 
@@ -125,5 +124,5 @@ def find_admission(point: PointSummary, stated: StatedError | None, error: float
     if stated.doubts:
         return f"it has warnings ({', '.join(stated.doubts)})"
     if stated.value is None:
-        return f"it states no error: {stated.reason or 'none could be estimated'}"
-    return f"it states an error of {stated.value:.2g}" if stated.value >= error else None
+        return f"it has no error estimate: {stated.reason or 'none could be estimated'}"
+    return f"the model estimates an error of {100 * stated.value:.2g} %" if stated.value >= error else None

@@ -75,8 +75,7 @@ def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str =
     """Return the numerical error of a reference relative to its displacement at a probe; None if unknown.
 
     For a model that serves as the reference it is the error that the model states, in terms of the metric. For given
-    values
-    it is their stated uncertainty.
+    values it is their stated uncertainty.
     """
     if (truth := (outcome.truths or {}).get(against)) is not None:
         return None if truth.stated is None else truth.stated.value

@@ -54,7 +54,7 @@ class VariedScene:
         return next(q for q in self.asked.quantities if q.name == name)
 
     def values(self, changed: Mapping[str, Value]) -> Values:
-        """Return those of the given values that differ from the values of the scene, in the order of the study."""
+        """Return the given values that differ from the values of the scene, in the order of the study's quantities."""
         named = ((q, changed.get(q.name, q.nominal)) for q in self.asked.quantities)
         return tuple((q.name, v) for q, v in named if v != q.nominal)
 

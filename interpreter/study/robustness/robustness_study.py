@@ -1,4 +1,4 @@
-"""Run of robustness studies: all models along all quantities at once, to keep workers busy, then the maps."""
+"""Run of robustness studies: first all models along all quantities at once, to keep workers busy, then the maps."""
 
 from __future__ import annotations
 
@@ -130,7 +130,10 @@ class StudyTrial:
         return self.ground.asked
 
     def start(self) -> None:
-        """Request the result of every model in the unchanged scene; when it is available, its walks begin."""
+        """Request the result of every model in the unchanged scene; each result starts the walks of its model.
+
+        A walk varies one quantity in one direction until the model fails.
+        """
         for model in self.asked.models:
             self.look(model, {}, partial(self._start_walks, model))
 

@@ -17,24 +17,24 @@ LONGEST = 110  # maximum characters of a reason
 
 BY_CODE: dict[str, str] = {
     "W301": "use tet10, `formulation = mixed`, or hex8 with `integration = selective`",
-    "W302": "another strain measure: `strain = corotational` or `finite`",
+    "W302": "use another strain measure: `strain = corotational` or `finite`",
     "W304": "use `fem(...)` for a body that is not slender",
-    "W305": "a finer mesh, or a size that divides the body evenly",
-    "W306": "another strain measure: `strain = corotational` or `finite`",
-    "W312": "a finer mesh",
-    "W314": "an imperfection or a load that leads to the intended state",
-    "W318": "a smaller step",
-    "W321": "`stiffness = calibrated(...)`, or finite elements",
-    "W322": "`stiffness = calibrated(...)`, or finite elements",
+    "W305": "use a finer mesh, or a size that divides the body evenly",
+    "W306": "use another strain measure: `strain = corotational` or `finite`",
+    "W312": "use a finer mesh",
+    "W314": "add an imperfection or a load that leads to the intended state",
+    "W318": "use a smaller step",
+    "W321": "use `stiffness = calibrated(...)`, or finite elements",
+    "W322": "use `stiffness = calibrated(...)`, or finite elements",
     "W331": "train the reduced model over this range",
-    "E304": "a larger size",
+    "E304": "use a larger size",
     "E552": "use tet10 or hex8 with `formulation = mixed`, or a Poisson's ratio below 0.5",
 }
 BY_PART: dict[str, str] = {
-    "discretisation": "a finer mesh",
-    "model": "another strain measure, or another model",
-    "rounding": "double precision, or constants of more similar magnitude",
-    "solver": "a smaller tolerance",
+    "discretisation": "use a finer mesh",
+    "model": "use another strain measure or another model",
+    "rounding": "use double precision, or constants of more similar magnitude",
+    "solver": "use a smaller tolerance",
 }
 
 
@@ -62,7 +62,7 @@ def _first_sentence(text: str) -> str:
     return first if len(first) <= LONGEST else first[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."
 
 
-# ------------------------------------------------------------------ what would move it
+# ------------------------------------------------------------------ remedies
 
 
 def remedy_of(
@@ -93,7 +93,7 @@ def _remedy_for_setting(point: ClassifiedPoint, quantity: WalkedQuantity, edge: 
     if not own or edge.last_right is None or point.word in ("timed_out", "unjudged"):
         return None
     bound = "at most" if edge.direction == "up" else "at least"
-    return f"`{attribute}` of {bound} {format_quantity_value(quantity, edge.last_right)}"
+    return f"use a `{attribute}` of {bound} {format_quantity_value(quantity, edge.last_right)}"
 
 
 def format_quantity_value(quantity: WalkedQuantity, value: float) -> str:
@@ -109,9 +109,9 @@ def format_quantity_value(quantity: WalkedQuantity, value: float) -> str:
 
 def _remedy_for_cost(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     if point.word == "timed_out":
-        return "a longer time limit, `--timeout`"
+        return "give a longer time limit, `--timeout`"
     if point.word == "failed" and "memory" in (point.message or ""):
-        return "a coarser mesh"
+        return "use a coarser mesh"
     return None
 
 

@@ -1,4 +1,7 @@
-"""Validity edges that walks have found: the range in which a model is right, and the class beyond it."""
+"""Validity edges of models: the range of a quantity in which a model is right, and the class of results beyond it.
+
+They are found by walks, which vary one quantity in one direction.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ At = Callable[[str, str, float | str], ClassifiedPoint | None]  # model, quantit
 def edge_of(
     model: str, quantity: WalkedQuantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
 ) -> ValidityEdge:  # fmt: skip
-    """Return the validity edge that one walk has found, with its reason and a remedy.
+    """Return the validity edge that a walk along one quantity has found, with its reason and a remedy.
 
     `others` are walks of other models in the same direction; models that are still right are part of the remedy. `at`
     returns the class of a model at a value.

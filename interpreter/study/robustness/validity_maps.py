@@ -11,7 +11,10 @@ from softmark.interpreter.study.robustness.robustness_record import ClassifiedPo
 
 
 def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
-    """Return about six values of a quantity, between the farthest values that its walks tested in both directions."""
+    """Return about six values of a quantity for the grid of a map; for a choice, all its options.
+
+    The values lie between the farthest ones that walks tested in both directions.
+    """
     if quantity.options:
         return list(quantity.options)
     found: set[float] = {float(quantity.nominal)}
@@ -26,7 +29,7 @@ def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
 
 
 def _computed_position_near(walk: Walk, t: float) -> float:
-    """Return a position of the walk near t that was already computed, or else t."""
+    """Return the position near t at which the walk already computed a result, or t if there is none."""
     near = min(walk.seen, key=lambda s: abs(s - t))
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t
 

@@ -117,8 +117,7 @@ def measure_pace() -> float:
     """Return the CPU time, s, of a fixed piece of work without memory access, as a measure of processor speed.
 
     A guest of a hypervisor shares cores with others, and processors change their frequency. No counter shows this,
-    although
-    CPU time may then grow by half and more.
+    although CPU time may then grow by half and more.
     """
     begin, total = time.process_time(), 0
     for i in range(PACED):

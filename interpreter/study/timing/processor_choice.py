@@ -13,8 +13,7 @@ def choose_processors(allowed: Iterable[int], before: Sequence[float], after: Se
     """Return `count` of the `allowed` processors, fast and idle ones first.
 
     `before` and `after` are the busy times of all processors, s, at two moments. Among equals the last processor is
-    chosen,
-    because the first one of a machine serves most interrupts.
+    chosen, because the first one of a machine serves most interrupts.
     """
     busy = [b - a for a, b in zip(before, after, strict=False)]
     elapsed = max(max(busy, default=0.0), 0.1)

@@ -56,7 +56,7 @@ METHODS: dict[str, dict[str, str]] = {
 
 
 class PhaseClock:
-    """Clock that measures the CPU time of each phase, s, for each solution."""
+    """Clock that measures the CPU time, s, of each phase of a solution, such as assembly, for every timed solution."""
 
     def __init__(self) -> None:
         self.solutions: list[dict[str, float]] = []

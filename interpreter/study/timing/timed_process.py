@@ -143,7 +143,7 @@ def _clocks() -> PhaseClock:
     return PhaseClock()
 
 
-# ------------------------------------------------------------------ before the clock
+# ------------------------------------------------------------------ preparation
 
 
 def _bind_processors(job: TimingJob, cores: Sequence[int]) -> None:
@@ -251,7 +251,7 @@ def _identity_entries(job: TimingJob) -> Record:
     }
 
 
-# ------------------------------------------------------------------ the clock
+# ------------------------------------------------------------------ timing
 
 
 @dataclass
@@ -332,7 +332,7 @@ def _compilation_counter() -> Callable[[], int]:
     return count
 
 
-# ------------------------------------------------------------------ what came of it
+# ------------------------------------------------------------------ facts about the solutions
 
 
 def _solution_facts(solution: Solution) -> Record:

@@ -108,10 +108,8 @@ def time_jobs(
     """Return the timing results of each job by its key, None for a job without a solution (see `timing_quality`).
 
     Each job runs until `repeats` runs are undisturbed, with at most `extra` more runs (by default `repeats`). It runs
-    once
-    more with clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with the same key are
-    one
-    job.
+    once more with clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with the same
+    key are one job.
     """
     unique = list({job.key: job for job in jobs}.values())
     book = _TimingRecords(unique, repeats, repeats if extra is None else extra, phases)
@@ -255,8 +253,7 @@ def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
     """Context in which no other comparison on this machine times a run.
 
     The lock is held for one run and then released for a moment, so that comparisons take turns. If the system has no
-    such
-    locks, or the wait exceeds LONGEST_WAIT seconds, timing continues without the lock.
+    such locks, or the wait exceeds LONGEST_WAIT seconds, timing continues without the lock.
     """
     try:
         import fcntl

@@ -65,9 +65,9 @@ class _Worker:
     process: subprocess.Popen[bytes]
     task: PointTask | None = None
     ready: bool = False
-    since: float = field(default_factory=time.monotonic)  # it started, or its task did
+    since: float = field(default_factory=time.monotonic)  # start of the process or of its task, s (monotonic clock)
     read: bytes = b""
-    spent: float | None = None  # CPU s of the process when it began with its task
+    spent: float | None = None  # CPU time of the process at the start of its task, s
 
     def give(self, task: PointTask) -> None:
         """Send a task to the process. Raises OSError if it has ended."""
@@ -82,7 +82,7 @@ class _Worker:
             self.process.kill()
         code = self.process.wait()
         for pipe in (self.process.stdin, self.process.stdout):
-            with suppress(OSError):  # what was still to be written to it cannot be
+            with suppress(OSError):  # buffered input of a dead process is lost
                 if pipe is not None:
                     pipe.close()
         return code
@@ -109,10 +109,9 @@ def run_tasks(
     """Yield the outcomes of tasks run in `jobs` processes, as they become available. Raises NoWorkers.
 
     A task that takes longer than `timeout` seconds is killed (`timed_out_outcome`). Closing the iterator kills all
-    workers.
-    With a `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome; the limit of wall time
-    is
-    then `patience` times as long. If `tasks` is a deque, the receiver of an outcome may append further tasks.
+    workers. With a `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome; the limit of
+    wall time is then `patience` times as long. If `tasks` is a deque, the receiver of an outcome may append further
+    tasks.
     """
     waiting = tasks if isinstance(tasks, deque) else deque(tasks)
     pool = _Pool(waiting, jobs, timeout, started, command=command, patience=patience)
@@ -239,8 +238,7 @@ def run_tasks_on_cluster(
     """Yield the outcomes of tasks run on a dask cluster, as they become available. Raises NoWorkers.
 
     `address` is that of the dask scheduler. Each thread of a worker performs one task at a time. A task cannot be
-    killed on
-    a cluster: after `timeout` seconds it counts as `timed_out_outcome`, and its thread continues.
+    killed on a cluster: after `timeout` seconds it counts as `timed_out_outcome`, and its thread continues.
     """
     client = _connect_client(address, wait)
     try:

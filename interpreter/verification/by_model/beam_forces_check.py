@@ -153,9 +153,10 @@ class BeamLine:
         return found
 
     def held(self) -> NDArray[np.bool_]:
-        """Return a mask of the force and moment components that supports carry (n, 6).
+        """Return a mask of the nodal force and moment components (n, 6) that all supports of the beam carry.
 
-        A section of which only a part is held carries all moments.
+        At a supported section all three moments are masked, even if the support holds only some displacement
+        components.
         """
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
@@ -163,9 +164,9 @@ class BeamLine:
         return found
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
-        """Return a mask of the force and moment components that one support carries (n, 6).
+        """Return a mask of the nodal force and moment components (n, 6) that one support carries.
 
-        A support carries the moments about the axes whose rotation it prevents.
+        A moment component is included if the support prevents rotations about its axis.
         """
         held = [*support.thing.components]
         way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
@@ -185,7 +186,7 @@ def stiffness(section: Section, material: Any) -> Floats:
     return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
 
 
-FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
+FINE, COARSE_RULE, MANY = 64, 16, 8  # quadrature intervals in an element; COARSE_RULE from MANY stations on
 
 
 def stiffness_along(shape: Swept, s: Floats, material: Any) -> Floats:
@@ -275,7 +276,11 @@ def balance_of(found: VerifiedSolution) -> ForceBalance:
 
 
 def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
-    """Return the balance with the larger residual: of forces only (n, 3), or of forces and moments (n, 6)."""
+    """Return the force balance with the larger residual: that of forces only, or that of forces and moments.
+
+    `inside` and `outside` (n, 6) are the internal and external nodal forces, N, with moments scaled to forces. `fixed`
+    (n, 6) is a mask of supported components, and `noise`, N, the rounding error.
+    """
     result = solid_forces.force_balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
     whole = solid_forces.force_balance(inside, outside, fixed, noise, None)
     return whole if whole.residual >= result.residual else result

@@ -109,7 +109,7 @@ class BeamVerifier(Verifier):
         return found
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the error of beam theory in a result. Raises NoErrorEstimate."""
+        """Return the error of beam theory in a result, in the unit of its metric. Raises NoErrorEstimate."""
         tensors = isinstance(seen.metric, TensorMetric)
         if not (seen.in_forces or seen.in_displacements or tensors):
             raise NoErrorEstimate(f"{NO_ERROR}: the error of {self.theory} theory is known for displacements only")
@@ -131,9 +131,9 @@ class BeamVerifier(Verifier):
 def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     """Return the relative error of beam theory due to clamps, thickness, curling, ovalization and strain.
 
-    Estimates for solid sections, conservative compared with solids of the same shape. Bending stretches one side as
-    much as it compresses the other, so that a nonlinear law shows only in second order; in axial stretch it shows at
-    once. Axially loaded bodies neither shear nor curl.
+    The estimates apply to solid sections and are conservative compared with solids of the same shape. In bending one
+    side is stretched as much as the other is compressed, so a nonlinear law has only a second-order effect. In axial
+    stretch its effect is of first order. Axially loaded bodies neither shear nor curl.
     """
     section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
@@ -149,7 +149,9 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     missing += flat_strips.ovalling_softening(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
-        raise NoErrorEstimate(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
+        raise NoErrorEstimate(
+            "the beam is too thick for its theory" if missing > strained else "the strain is too large for beam theory"
+        )
     return missing + strained
 
 

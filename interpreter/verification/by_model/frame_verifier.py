@@ -40,7 +40,7 @@ from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalanc
 from softmark.solvers.mesh.frame_shapes import Member, Network
 from softmark.solvers.mesh.shape import Swept, transverse
 
-ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
+ALIGNED = 1e-9  # difference of unit vectors below which two hinge axes are the same
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
 
@@ -66,7 +66,7 @@ class DeformedNetwork:
 
     @cached_property
     def at(self) -> tuple[Floats, NDArray[np.int64]]:
-        """Distinct places of the nodes (p, 3), m, and the number of the place of every node (n,).
+        """Distinct positions of the nodes (p, 3), m, called places, and the index of the place of every node (n,).
 
         Nodes closer than a thousandth of a segment share a place.
         """
@@ -87,14 +87,14 @@ class DeformedNetwork:
 
     def _deform_member(self, number: int, member: Member) -> CheckedRod:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
-        shifts: Any = self.found.solution.displacement  # of a network, which knows its members
+        shifts: Any = self.found.solution.displacement  # its method `of` gives that of one member
         x, R = deformed_axes(X, across, arm_of(member.section), partial(shifts.of, number))
         C = stiffness_along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
         return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
 
     @cached_property
     def x(self) -> Floats:
-        """Deformed places (p, 3), m."""
+        """Deformed positions of the places (p, 3), m."""
         found = np.zeros_like(self.at[0])
         found[self.at[1]] = np.concatenate([rod.x for rod in self.rods])
         return found
@@ -170,7 +170,7 @@ class DeformedNetwork:
 
     @cached_property
     def hinged(self) -> dict[int, Floats]:
-        """Hinge axis and two axes normal to it, as rows (3, 3), by number of the place.
+        """Axis of the hinge at each place and two axes normal to it, as rows (3, 3), by index of the place.
 
         If a place has several hinges, the first one counts.
         """
@@ -183,7 +183,7 @@ class DeformedNetwork:
         return found
 
     def turned(self, forces: Floats) -> Floats:
-        """Return forces and moments (p, 6), with moments at hinges resolved along the hinge axis and normal to it."""
+        """Return forces and moments (p, 6), with moments at hinges as components along and normal to the hinge axis."""
         found = forces.copy()
         for i, rows in self.hinged.items():
             found[i, 3:] = rows @ forces[i, 3:]
@@ -286,7 +286,11 @@ class FrameVerifier(BeamVerifier):
         missing = max(_member_theory_error(network, i, poisson, curvature) for i in range(len(network.members)))
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
-            raise NoErrorEstimate(f"the frame is too {'thick' if missing > strained else 'strained'} for its theory")
+            raise NoErrorEstimate(
+                "a member is too thick for its theory"
+                if missing > strained
+                else "the strain is too large for beam theory"
+            )
         return missing + strained
 
     def pieces(self, case: Case) -> Sequence[Swept]:

@@ -67,10 +67,10 @@ class MaterialPointVerifier(Verifier):
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
-                "the supports hold a width that one material point leaves free, and the effect of that is not known"
+                "the supports hold the width, which a material point leaves free; the size of this effect is unknown"
             )
         if thing.state == "simple_shear":
-            raise NoErrorEstimate("simple shear assumes how the sides are held, and the effect of that is not known")
+            raise NoErrorEstimate("simple shear assumes how the sides are held; the size of this effect is unknown")
         best = "corotational" if answer.own.material.finite_law() is None else "finite"
         if thing.strain == best:
             return 0.0

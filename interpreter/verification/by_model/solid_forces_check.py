@@ -49,7 +49,10 @@ class SolidState:
 
     @cached_property
     def loads(self) -> tuple[Floats, float]:
-        """Nodal forces of all loads and foundations (n, 3), and their uncertainty, N. Raises NoIndependentFormula."""
+        """External nodal forces (n, 3), N, and their uncertainty, N.
+
+        They are the forces of loads, active muscle, foundations and contacts. Raises NoIndependentFormula.
+        """
         found, unsure = load_forces(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
         if any(getattr(material, "pulls", False) for material in self.case.materials):
             from softmark.interpreter.verification import fiber_directions_check
@@ -60,7 +63,7 @@ class SolidState:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Nodal forces (n, 3), N, of every foundation and contact by name, and their uncertainty, N.
+        """Nodal forces (n, 3), N, of every foundation, contact and tie by name, and their uncertainty, N.
 
         Raises NoIndependentFormula.
         """
@@ -91,7 +94,7 @@ class SolidState:
 
     @cached_property
     def balanced(self) -> tuple[Floats, float, float]:
-        """Internal forces, residual of the pressure equations, and rounding, at the nodes of `looked_at`.
+        """Internal nodal forces (n, 3), N, at the checked nodes, residual of the pressure equations, and rounding, N.
 
         Raises NoIndependentFormula.
         """

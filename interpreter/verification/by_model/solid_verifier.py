@@ -188,7 +188,7 @@ class SolidVerifier(SizedMeshVerifier):
         return 1.0 / -math.expm1(-order * math.log(FINER))
 
     def _farther(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[float, float]:
-        """Return the change of a result from a coarser mesh, and the ratio of cell sizes.
+        """Return the change of a result from a coarser mesh, in the unit of its metric, and the ratio of cell sizes.
 
         The change is 0 without a coarser mesh.
         """
@@ -331,7 +331,7 @@ class SolidVerifier(SizedMeshVerifier):
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the part of the relative load error `missing` that the finer space has as well.
 
-        The distance to the finer space contains the other part.
+        The error estimate by the finer space does not include this part.
         """
         if _needs_full_solve(answer, seen):
             return missing
@@ -342,7 +342,7 @@ class SolidVerifier(SizedMeshVerifier):
         own = {name: load.missing for name, load in answer.result.loads.items()}
         return max((max(0.0, 2.0 * left - own[name]) for name, left in finer.items() if name in own), default=missing)
 
-    # ------------------------------------------------------------------ the measure of strain
+    # ------------------------------------------------------------------ strain measure
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the difference from the same model with the best strain measure that its material allows.

@@ -17,8 +17,8 @@ from softmark.interpreter.verification.unverified_model_error import NoIndepende
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
-FINER = 2.0  # how much coarser another mesh is
-NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same mesh; from here on it will do
+FINER = 2.0  # ratio of cell sizes of a coarser mesh and this one
+NEAR, APART = 1.25, 1.6  # ratios of cell sizes: below NEAR the mesh is the same, from APART coarse enough
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,14 @@ class VerifiedSolution:
     case: Case
     prepared: Prepared
     solution: Solution
-    known: dict[Any, Any] = field(default_factory=dict, compare=False)  # what was worked out of it, by what does so
+    known: dict[Any, Any] = field(default_factory=dict, compare=False)  # cache, by function
 
 
 class Verifier:
     """Base class of verifiers, one for each kind of model; the base class itself verifies nothing."""
 
-    holds = False  # its nodes are exactly where supports ask for them
-    order = 2.0  # in displacements, that coarser solutions are held to
+    holds = False  # True if nodes lie exactly where supports prescribe displacements
+    order = 2.0  # theoretical convergence order of displacements
 
     # ------------------------------------------------------------------ forces
 
@@ -68,7 +68,7 @@ class Verifier:
         """
         return 0.0
 
-    # ------------------------------------------------------------------ the error that it states
+    # ------------------------------------------------------------------ stated error
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error: the distance of a result from the limit of refinement.
@@ -78,7 +78,7 @@ class Verifier:
         return error_from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
-        """Return the part of the relative load error `missing` that the discretisation error does not contain."""
+        """Return the part of the relative load error `missing` that the discretisation error does not include."""
         return missing
 
     def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:

@@ -37,7 +37,7 @@ class BodyForce(SolidAction):
         return check.mass_forces(self.acceleration)
 
     def exact_resultant(self, body: ExactBody) -> tuple[Vector3 | None, float | None]:
-        """Return the weight of a homogeneous body, N, and no area."""
+        """Return the weight of a homogeneous body, N, and None for the area, since gravity acts on no surface."""
         mass, (x, y, z) = body.mass(), self.acceleration
         return (None if mass is None else (mass * x, mass * y, mass * z)), None
 

@@ -50,7 +50,7 @@ class CentrifugalForce(SolidAction):
         return solid.mass_forces(self.constant, self.gradient)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, of the force per mass -w x (w x r), and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the force per mass -w x (w x r), and their uncertainty, N."""
         from softmark.solvers.mesh.shape import cross
 
         a, b, c = self.axis
@@ -66,17 +66,23 @@ class CentrifugalForce(SolidAction):
         return check.mass_forces((-x, -y, -z), unit)
 
     def size(self, body: BodySize) -> float:
-        """Return the force on the mass of the body at the distance of its size from the axis, N."""
+        """Return the order of magnitude of the load, N: the force on the body's mass at its size from the axis."""
         return body.mass() * self.speed**2 * body.length()
 
     def plane_fault(self, revolved: bool) -> Reason | None:
-        """Return the reason why a plane body cannot carry it: its axis is not normal to the plane; or None."""
+        """Return the reason why a plane body cannot carry the load, or None.
+
+        It cannot if the axis of rotation is not normal to the plane; bodies of revolution are checked by `axial_fault`.
+        """
         if revolved or not (self.axis[0] or self.axis[1]):
             return None
         return "axis", "rotates a plane body out of its plane", "not along z", "write `axis = +z`"
 
     def axial_fault(self, body: str) -> Reason | None:
-        """Return the reason why a body of revolution cannot carry it: it rotates about another axis; or None."""
+        """Return the reason why a body of revolution cannot carry the load, or None.
+
+        It cannot if the axis of rotation is not the axis of the body.
+        """
         if not (self.axis[0] or self.axis[2] or self.through[0] or self.through[2]):
             return None
         return (

@@ -42,7 +42,7 @@ class LineForce(Action):
         return solid.line_force(self.begin, self.end, self.force)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by adaptive quadrature along the line, and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the load by adaptive quadrature, and their uncertainty, N."""
         return check.line_force(self.begin, self.end, self.force)
 
     def size(self, body: BodySize) -> float:
@@ -50,7 +50,7 @@ class LineForce(Action):
         return math.dist(self.begin, self.end) * math.hypot(*self.force)
 
     def axial_fault(self, body: str) -> Reason | None:
-        """Return the reason why a line of a body of revolution cannot carry it."""
+        """Return the reason why a body of revolution cannot carry a line load; never None."""
         return (
             "",
             "acts along a line of a body of revolution",

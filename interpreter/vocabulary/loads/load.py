@@ -36,7 +36,7 @@ NOTHING: Vector3 = (0.0, 0.0, 0.0)
 
 
 class SolidForces(Protocol):
-    """Operations that turn loads into nodal forces of a solid mesh; the solver uses them."""
+    """Operations that turn loads into energies, with nodal forces, of a solid mesh; the solver uses them."""
 
     small: bool  # small strain: loads act on the undeformed body
 
@@ -44,7 +44,10 @@ class SolidForces(Protocol):
         """Return the energy of a force per mass `constant + gradient x`, m/s^2, in the current positions x, m."""
 
     def area_forces(self, where: Any, push: Push, linear: bool) -> Energy:
-        """Return dead forces on the selected surface, from area vectors; `linear` if `push` is linear in them."""
+        """Return dead forces on the selected surface; `push` maps area vectors, m^2, to forces, N.
+
+        `linear` states whether `push` is linear.
+        """
 
     def follower_pressure(self, where: Any, pressure: float) -> Energy:
         """Return the energy of a pressure, Pa, on the selected part of the deformed surface."""
@@ -60,7 +63,10 @@ class SolidForces(Protocol):
 
 
 class IndependentForces(Protocol):
-    """Second form of these operations, for verification: nodal forces (n, 3), N, and their uncertainty, N."""
+    """Operations that turn loads into nodal forces (n, 3), N, with their uncertainty, N, for verification.
+
+    They are those of SolidForces, by other formulas.
+    """
 
     small: bool
 
@@ -68,7 +74,10 @@ class IndependentForces(Protocol):
         """Return the forces of a force per mass `constant + gradient x`, m/s^2."""
 
     def area_forces(self, where: Any, push: Push, linear: bool = False, deformed: bool = False) -> tuple[Floats, float]:
-        """Return the forces on the selected surface, as it is undeformed, or as it is now."""
+        """Return the forces of a traction on the selected surface; `push` maps area vectors, m^2, to forces, N.
+
+        `linear` states whether `push` is linear. With `deformed` the area vectors are those of the deformed surface.
+        """
 
     def surface_moment(self, where: Any, moment: Vector3) -> tuple[Floats, float]:
         """Return the forces of a moment, N m, on the selected part of the surface."""
@@ -91,7 +100,7 @@ class ExactBody(Protocol):
 
 
 class BodySize(Protocol):
-    """The size of a meshed body, for orders of magnitude of forces."""
+    """Size of a meshed body, by which the order of magnitude of load forces is estimated."""
 
     def mass(self) -> float:
         """Return the mass, kg, with the largest density."""
@@ -115,17 +124,20 @@ class Action:
 
     @property
     def surface(self) -> Any:
-        """Condition that selects the loaded part of the surface; None if it acts elsewhere."""
+        """Condition that selects the loaded part of the surface; None if the load does not act on the surface."""
         return None
 
     @property
     def points(self) -> tuple[tuple[str, Vector3], ...]:
-        """Points at which it is singular, m, with their fields: one of a point force, the ends of a line of force."""
+        """Points at which the load is singular, each with its field in the scene and its position, m.
+
+        They are the point of a point force, or both ends of a line load.
+        """
         return ()
 
     @property
     def length(self) -> float | None:
-        """Length of the line along which it acts, m; None if it does not act along a line."""
+        """Length of the line along which the load acts, m; None if it does not act along a line."""
         return math.dist(*(point for _, point in self.points)) if len(self.points) == 2 else None
 
     @property
@@ -135,13 +147,13 @@ class Action:
 
     @property
     def moment_vector(self) -> Vector3 | None:
-        """Moment without a resultant force, N m; None for all others."""
+        """Moment of a load without a resultant force, N m; None for all other loads."""
         return None
 
     def plane_fault(self, revolved: bool) -> Reason | None:
-        """Return the reason why a body in the plane of x and y cannot carry it, or None.
+        """Return the reason why a plane body, in x and y, cannot carry the load, or None.
 
-        `revolved` bodies rotate around the y axis.
+        `revolved` is true for a body of revolution about the y axis.
         """
         if not self.vector[2]:
             return None
@@ -153,11 +165,14 @@ class Action:
         )
 
     def axial_fault(self, body: str) -> Reason | None:
-        """Return the reason why a body of revolution about the y axis cannot carry it, or None."""
+        """Return the reason why a body of revolution about the y axis cannot carry the load, or None."""
         return None
 
     def mirror_fault(self, axis: int, place: float, plane: str) -> Reason | None:
-        """Return the reason why it is not symmetric about the plane x_axis = place, m, or None."""
+        """Return the reason why the load is not symmetric about a plane, or None.
+
+        The plane is normal to the coordinate `axis` (0 to 2) at `place`, m; `plane` names it in messages.
+        """
         return None
 
     def exact_resultant(self, body: ExactBody) -> tuple[Vector3 | None, float | None]:
@@ -165,13 +180,14 @@ class Action:
         return None, None
 
     def size(self, body: BodySize) -> float:
-        """Return the order of magnitude of its resultant force, N; 0 if it has none."""
+        """Return the order of magnitude of the resultant force of the load, N; 0 if it has none."""
         return 0.0
 
     def on_rigid_body(self, mass: Callable[[], float]) -> tuple[Vector3, Vector3 | None, Vector3] | None:
-        """Return force, N, point, m (None: the centre of mass), and moment, N m, on a rigid body.
+        """Return the force, N, its point, m, and the moment, N m, that the load exerts on a rigid body.
 
-        `mass` computes the mass of the body, kg. None if the load does not act on rigid bodies.
+        The point None is the centre of mass. `mass` computes the mass of the body, kg. The result is None if the load
+        does not act on rigid bodies.
         """
         return None
 
@@ -181,7 +197,10 @@ class Action:
         raise NotImplementedError(f"{type(self).__name__} has no forces on a solid")
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float] | None:
-        """Return its nodal forces (n, 3), N, by other formulas, and their uncertainty, N; None if there are none."""
+        """Return the nodal forces (n, 3), N, of the load by independent formulas, and their uncertainty, N.
+
+        The result is None if there are no such formulas.
+        """
         return None
 
 
@@ -200,9 +219,10 @@ class SurfaceAction(SolidAction):
         return self.where
 
     def traction_on(self, normal: Floats) -> tuple[Floats, float] | None:
-        """Return the traction per undeformed area (3,), Pa, on a face with a unit normal (3,), and follower pressure.
+        """Return the traction (3,), Pa, on a face with a unit normal (3,), and the follower pressure, Pa.
 
-        None if the traction is not given point by point.
+        The traction is per undeformed area. The result is None if the traction is not given at each point, as for a
+        moment.
         """
         return None
 

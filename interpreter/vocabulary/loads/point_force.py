@@ -39,7 +39,10 @@ class PointLoad(SolidAction):
         return solid.point_force(self.at, self.force)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by local coordinates computed again, and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the load, and their uncertainty, N.
+
+        The local coordinates of the point are computed independently of the solver.
+        """
         return check.point_force(self.at, self.force)
 
     def size(self, body: BodySize) -> float:
@@ -51,7 +54,7 @@ class PointLoad(SolidAction):
         return self.force, self.at, NOTHING
 
     def axial_fault(self, body: str) -> Reason | None:
-        """Return the reason why a point of a body of revolution cannot carry it."""
+        """Return the reason why a body of revolution cannot carry a point force; never None."""
         return (
             "",
             "acts at a point of a body of revolution",

@@ -26,12 +26,12 @@ class PressureLoad(SurfaceAction):
         return solid.follower_pressure(self.where, self.pressure)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by independent integrals over the area, and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the load by independent area integrals, and their uncertainty, N."""
         p = float(self.pressure)
         return check.area_forces(self.where, lambda dA: -p * dA, linear=True, deformed=not check.small)
 
     def traction_on(self, normal: Floats) -> tuple[Floats, float] | None:
-        """Return no dead traction (3,), and the pressure, Pa."""
+        """Return a zero dead traction (3,), Pa, and the follower pressure, Pa."""
         return 0.0 * normal, float(self.pressure)
 
     def exact_resultant(self, body: ExactBody) -> tuple[Vector3 | None, float | None]:

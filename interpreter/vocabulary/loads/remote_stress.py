@@ -39,7 +39,7 @@ class RemoteStress(SurfaceAction):
         return solid.area_forces(self.where, lambda dA: dA @ self.tensor, True)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by independent integrals over the area, and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the load by independent area integrals, and their uncertainty, N."""
         d = self.direction
         return check.area_forces(self.where, lambda dA: (self.stress * (dA @ d))[..., None] * d, linear=True)
 

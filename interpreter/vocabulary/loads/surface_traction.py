@@ -32,12 +32,12 @@ class SurfaceTraction(SurfaceAction):
         return solid.area_forces(self.where, lambda dA: (dA * dA).sum(axis=-1)[..., None] ** 0.5 * self.traction, False)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by independent integrals over the area, and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the load by independent area integrals, and their uncertainty, N."""
         x, y, z = self.traction
         return check.area_forces(self.where, lambda dA: (dA**2 @ (1.0, 1.0, 1.0))[..., None] ** 0.5 * (x, y, z))
 
     def traction_on(self, normal: Floats) -> tuple[Floats, float] | None:
-        """Return the traction (3,), Pa, and no follower pressure."""
+        """Return the traction (3,), Pa, and a zero follower pressure."""
         return 0.0 * normal + self.traction, 0.0
 
     def exact_resultant(self, body: ExactBody) -> tuple[Vector3 | None, float | None]:

@@ -32,11 +32,11 @@ class MomentLoad(SurfaceAction):
         return solid.surface_moment(self.where, self.moment)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by independent integrals over the area, and their uncertainty, N."""
+        """Return the nodal forces (n, 3), N, of the load by independent area integrals, and their uncertainty, N."""
         return check.surface_moment(self.where, self.moment)
 
     def exact_resultant(self, body: ExactBody) -> tuple[Vector3 | None, float | None]:
-        """Return no force, and the area of the selected surface, m^2."""
+        """Return None for the force, since a moment has none, and the area of the selected surface, m^2."""
         return (None, None) if (found := body.area(self.where)) is None else (NOTHING, found[0])
 
     def on_rigid_body(self, mass: Callable[[], float]) -> tuple[Vector3, Vector3 | None, Vector3] | None:
@@ -44,7 +44,7 @@ class MomentLoad(SurfaceAction):
         return NOTHING, None, self.moment
 
     def plane_fault(self, revolved: bool) -> Reason | None:
-        """Return the reason why plane bodies refuse moments."""
+        """Return the reason why a plane body cannot carry a moment; never None."""
         return (
             "",
             "is a moment, which plane bodies do not support",

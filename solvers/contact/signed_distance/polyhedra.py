@@ -45,10 +45,9 @@ class BoxGap:
     sharpest = 0.0
 
     def _distances_beyond_faces(self, X: Floats) -> tuple[Floats, Floats]:
-        """Return distances (n, 3), m, of points X beyond the faces of the box, and the signs (n, 3) of the nearest
-        faces.
+        """Return distances (n, 3), m, of points X beyond the faces of the box, and the signs (n, 3) of these faces.
 
-        A distance is negative if the point is inside in this direction.
+        Of two opposite faces the nearest counts. A distance is negative if the point is inside in this direction.
         """
         x = X - np.array(self.centroid)
         return np.abs(x) - np.array(self.half), np.where(x < 0.0, -1.0, 1.0)
@@ -83,7 +82,7 @@ class BoxGap:
 class PrismGap:
     """Signed distance to a prism: a polygon, m, extruded along z from `base` to `base + height`, m.
 
-    `order` maps the coordinates of the prism to x, y and z.
+    `order` lists the coordinate axes (0 to 2 for x to z) in space of the prism's own coordinates.
     """
 
     section: polygons.Corners

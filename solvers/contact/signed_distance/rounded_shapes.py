@@ -66,9 +66,9 @@ def transverse_projection(n: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class RoundedGap:
-    """Signed distance to all points within `radius`, m, of a convex core: that of the core minus the radius.
+    """Signed distance to the convex shape of all points within `radius`, m, of a convex core.
 
-    It is exact inside the shape too.
+    It is the signed distance to the core minus the radius, and exact inside the shape too.
     """
 
     core: Gap

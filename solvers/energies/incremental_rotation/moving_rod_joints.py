@@ -26,7 +26,7 @@ class JointChart:
         return self.nodes.state(self.joints.spread(x))
 
     def rebase(self, x: Floats) -> Floats:
-        """Make the state of x the reference, and return its unknowns with zero rotation vectors."""
+        """Make the rotations in state x the reference rotations, and return x with zero rotation vectors."""
         self.nodes.rebase(self.joints.spread(x))
         new = x.reshape(-1, 6).copy()
         new[:, 3:] = 0.0

@@ -206,7 +206,9 @@ def _compute_strain_derivatives(
 ) -> None:  # fmt: skip
     """Compute A and J, and the derivatives of theta, psi and Gamma by the 12 nodal increments.
 
-    The derivatives are written into `by[0]`, `by[1]` and `by[2]`.
+    theta is the rotation vector from the first node to the second, psi the rotation increment of the middle, and Gamma
+    the stretch and shears (see the module docstring). The derivatives (3, 12) are written into `by[0]`, `by[1]` and
+    `by[2]`.
     """
     tau, _, beta, _ = factors
     A[:], J[:], by[:] = 0.0, 0.0, 0.0

@@ -48,9 +48,10 @@ class RodChart:
         self._state: Floats | None = None  # cached state of the same unknowns
 
     def turned(self, x: Floats) -> Rotated:
-        """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3) for unknowns x.
+        """Return positions, rotations and rotation derivatives of the nodes for unknowns x (nodes * 6,).
 
-        The arrays are overwritten by the next call.
+        Positions (n, 3), m, and unit quaternions (n, 4) are followed by the derivatives (n, 3, 3) of rotations about
+        the nodes' own axes by the rotation vectors. The arrays are overwritten by the next call.
         """
         if (known := x.tobytes()) != self._known:
             moving_rod_kernels.update_rotations(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
@@ -65,7 +66,7 @@ class RodChart:
         return self._state
 
     def rebase(self, x: Floats) -> Floats:
-        """Make the state of x the reference, and return its unknowns with zero rotation vectors."""
+        """Make the rotations in state x the reference rotations, and return x with zero rotation vectors."""
         q = self.turned(x)[1]
         self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # rounding would change the unit length
         self._known = b""

@@ -22,7 +22,7 @@ class ReadPastEnd(EOFError):
 
 
 class _EmptyReadCounter:
-    """Counts consecutive reads that returned nothing."""
+    """Base class of files that counts consecutive reads that returned nothing."""
 
     nothing = 0
 
@@ -76,7 +76,7 @@ def _ignore_warning(text: str, *further: Any, **options: Any) -> None:
 
 
 def patch_open(package: str) -> None:
-    """Make all loaded modules of a package open their files by `open_bounded`."""
+    """Replace `open` by `open_bounded` in all loaded modules of a package."""
     for name, module in sys.modules.copy().items():  # copied first, since garbage collection may import modules
         if module is not None and (name == package or name.startswith(f"{package}.")):
             module.__dict__.setdefault("open", open_bounded)

@@ -10,7 +10,7 @@ from softmark.records import dataclass
 from softmark.safe_files import open_regular, read_regular
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-# Gmsh's number of a type of cell -> meshio's word and the number of nodes
+# Gmsh's number of a type of cell -> meshio's cell name and the number of nodes
 TYPES = {1: ("line", 2), 2: ("triangle", 3), 3: ("quad", 4), 4: ("tetra", 4), 5: ("hexahedron", 8)}
 TYPES |= {6: ("wedge", 6), 7: ("pyramid", 5), 15: ("vertex", 1)}
 
@@ -29,14 +29,14 @@ class Block:
 
 @dataclass(frozen=True)
 class File:
-    """Contents of a file, in meshio's data layout."""
+    """Contents of a Gmsh file, in meshio's data layout: points and blocks of cells."""
 
     points: Floats  # (n, 3)
     cells: list[Block]
 
 
 def is_format_1(path: Path) -> bool:
-    """Return whether a file begins like one of format 1."""
+    """Return whether a file begins like Gmsh's format 1."""
     with open_regular(path) as file:
         return file.read(256).lstrip().startswith(b"$NOD")
 

@@ -1,7 +1,8 @@
 """Repair of Gmsh 4.1 files that contain all elements (`Mesh.SaveAll`), including those in no physical group.
 
-meshio stores physical groups only of the blocks that have one, and then fails because this list is shorter than the
-list of blocks. The repair gives entities without a group the group number 0, which means none.
+For each block of elements, meshio stores the physical groups only if there are any. It then fails because this list is
+shorter than the list of blocks. The repair gives geometric entities without a group the group number 0, which means
+none.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 from softmark.records import dataclass
 from softmark.safe_files import open_regular
 
-PLACE = {0: 3}  # numbers that say where an entity is: of a point its coordinates, of others the corners of a box
+PLACE = {0: 3}  # count of an entity's coordinates by dimension: three of a point, else six of a box
 BOX = 6
 BEGIN, END = b"$Entities", b"$EndEntities"
 MOST = 1 << 32  # largest count of any item: more means a broken file
@@ -21,9 +22,10 @@ MOST = 1 << 32  # largest count of any item: more means a broken file
 
 @dataclass(frozen=True)
 class Entity:
-    """A geometric entity: its number, its bounding box as in the file, its physical groups and its boundary.
+    """A geometric entity: its number `tag`, its coordinates, its physical groups, and the entities that bound it.
 
-    Points have no boundary.
+    `place` are the bytes of its coordinates in the file: those of a point, or of the corners of its bounding box.
+    `bounds` is None for a point.
     """
 
     tag: int
@@ -36,9 +38,9 @@ Dims = list[list[Entity]]  # points, curves, surfaces, volumes
 
 
 def repair(path: Path) -> bytes | None:
-    """Return the content of a file in a form that meshio can read.
+    """Return the content of a Gmsh file in a form that meshio can read; None if it needs no repair.
 
-    Return None if meshio can already read the file, or if it has another format.
+    Files of other formats and invalid files need none either.
     """
     with open_regular(path) as file:
         head = file.read(64).split()
@@ -117,9 +119,9 @@ def _parse_entities(whole: Callable[[], int], size: Callable[[], int], place: Ca
 
 
 def _integer_lists(own: Entity) -> Iterator[tuple[int, ...]]:
-    """Yield the integer lists of an entity: its physical groups, and its boundary entities.
+    """Yield the integer lists of an entity: its physical groups, and the entities that bound it.
 
-    An entity without physical groups gets the group number 0. A point has no list of boundary entities.
+    An entity without physical groups gets the group number 0. A point has no list of bounding entities.
     """
     yield own.groups or (0,)
     if own.bounds is not None:

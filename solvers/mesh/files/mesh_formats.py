@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-SURFACES = frozenset({".stl", ".ply", ".off", ".obj", ".svg", ".wkt"})  # which never hold a tetrahedron or hexahedron
+SURFACES = frozenset({".stl", ".ply", ".off", ".obj", ".svg", ".wkt"})  # no tetrahedra or hexahedra in these
 MESHES = frozenset({
     ".avs", ".bdf", ".cgns", ".dat", ".dato", ".e", ".ele", ".ex2", ".exo", ".f3grid", ".fem", ".gz", ".h5m", ".hmf",
     ".inp", ".mdpa", ".med", ".mesh", ".meshb", ".msh", ".nas", ".node", ".post", ".su2", ".tec", ".ugrid", ".vol",
@@ -17,7 +17,7 @@ MERGED = frozenset({".stl", ".msh", ".mesh", ".obj"})  # surfaces that Gmsh can 
 
 
 def find_format_problem(path: str) -> tuple[str, str] | None:
-    """Return why a file can contain no solid mesh, and the remedy; None if it can contain one.
+    """Return why a file cannot contain a solid mesh, and the remedy; None if it can contain one.
 
     The file's name and size are examined, not its content.
     """
@@ -41,9 +41,9 @@ def advise_filling(file: Path) -> str:
     suffix, name = file.suffix.lower(), file.name
     first = ""
     if suffix not in MERGED:
-        first, name = f"`meshio convert {name} {file.stem}.stl`, then ", f"{file.stem}.stl"
+        first, name = f"run `meshio convert {name} {file.stem}.stl`, then ", f"{file.stem}.stl"
     script, made = f"{file.stem}-filled.geo", f"{file.stem}-filled.msh"
-    return ("`tetrahedralized(...)` in place of `mesh(...)` fills a closed surface with tetrahedra; or do it by Gmsh: "
-            f"{first}a file `{script}` with the line\n"
+    return ("write `tetrahedralized(...)` instead of `mesh(...)` to fill the closed surface; or use Gmsh: "
+            f"{first}write a file `{script}` with the line\n"
             f'`Merge "{name}"; Surface Loop(1) = Surface{{:}}; Volume(1) = {{1}};`\n'
             f"and `gmsh -3 {script} -o {made}`; then name `{made}` here")  # fmt: skip

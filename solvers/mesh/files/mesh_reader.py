@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 VTK = frozenset({".vtk", ".vtu"})  # either may hold a legacy or an XML file
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
-KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
+KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's cell name -> our element name
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
 AGAIN = "export the file again as .vtu, .vtk, .msh, .inp or .mesh: it may be incomplete, or have the wrong extension"
 NO_SURFACE = "E573"
@@ -44,7 +44,7 @@ SURFACE_AGAIN = "write the surface again as .stl, .obj or .ply: the file may be 
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 NODES = {element.meshio: element.nodes for element in ELEMENTS.values()} | {
     "line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9,
-}  # of a cell, by meshio's word  # fmt: skip
+}  # number of nodes of a cell, by meshio's name  # fmt: skip
 
 
 __all__ = ["UnreadableMesh", "convert_cells", "read_cells", "read_points", "read_surface", "read_triangles"]
@@ -53,8 +53,8 @@ __all__ = ["UnreadableMesh", "convert_cells", "read_cells", "read_points", "read
 def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
     """Return the solid cells of a mesh file, all of one type, in m with positive volumes. Raises UnreadableMesh.
 
-    `unit` is the file's unit of length in m. Coincident nodes are refused, merged or kept; pieces that share no nodes
-    are refused or kept. The named groups are read if `named`.
+    `unit` is the file's unit of length in m. `coincident` is `refuse`, `merge` or `keep`, for nodes at the same
+    position; `pieces` is `refuse` or `keep`, for pieces that share no nodes. The named groups are read if `named`.
     """
     data = parse(Path(path))
     before = keep_node_order(data, Path(path), unit)
@@ -63,7 +63,7 @@ def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool =
 
 
 def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
-    """Return the solid cells of a parsed file, with nodes in the order of the file. Raises UnreadableMesh."""
+    """Return the solid cells of a parsed file as a mesh, with nodes in the file's order. Raises UnreadableMesh."""
     there = {block.type for block in data.cells}
     solids = sorted(there & KINDS.keys())
     if not solids:
@@ -178,7 +178,8 @@ def read_points(path: str, unit: float) -> Floats:
 def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
     """Return a mesh from a file with its cells converted to the element `kind`.
 
-    `split` is the way to split hexahedra into tetrahedra. Raises UnreadableMesh and UnknownElement.
+    `split` names the method of splitting hexahedra into tetrahedra, a key of SPLITS. Raises UnreadableMesh and
+    UnknownElement.
     """
     own, element = mesh.element, element_of(kind)
     if own is element:
@@ -191,7 +192,7 @@ def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
 
 
 def _split_hexahedra(mesh: Mesh, element: type[Element], split: str) -> Mesh:
-    """Return a mesh of tetrahedra made by splitting hexahedra in the way `split`. Raises UnreadableMesh."""
+    """Return a mesh of tetrahedra made by splitting hexahedra by the method `split`. Raises UnreadableMesh."""
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, but the model needs {element.described}")
     try:
@@ -219,7 +220,7 @@ def points_in_metres(data: Any, unit: float) -> Floats:
         raise UnreadableMesh("it has no points", remedy=AGAIN)
     with np.errstate(over="ignore", invalid="ignore"):  # non-finite values are refused later, with their location
         points: Floats = unit * read[:, :3]
-    if points.shape[1] < 3:  # a plane format
+    if points.shape[1] < 3:  # formats of plane meshes have two coordinates
         points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     return points
 
@@ -354,7 +355,7 @@ def _require_file(path: Path, remedy: str = AGAIN) -> None:
 
 
 def _try_formats(path: Path, kinds: Iterable[str | None], size: int | None = None) -> Any:
-    """Return the mesh by the first of the formats `kinds` that can read the file.
+    """Return the mesh in meshio's layout, read by the first of meshio's formats `kinds` that can read the file.
 
     If `path` is a copy, `size` is the size of the original file, by which memory is limited.
     """

@@ -1,7 +1,8 @@
 """Validation of meshes from files, before anything is computed on them.
 
 A file may be readable and still define no body: its pieces may be separate along coincident nodes, be connected by an
-edge only, or intersect. Each flaw is refused with its count, the location of the first one and a remedy.
+edge only, or intersect. The error for a flaw gives the number of such flaws, the location of the first one and a
+remedy.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ PAIRS = 4_000_000  # largest number of point-cell pairs: meshes with more are no
 
 
 class UnreadableMesh(Exception):
-    """Raised if a mesh file cannot be used; the message gives the problem and `remedy` the solution."""
+    """Raised if a mesh file cannot be used; has an error `code`, a message about the problem and a `remedy`."""
 
     def __init__(self, message: str, code: str = "E403", remedy: str | None = None) -> None:
         super().__init__(message)
@@ -39,7 +40,7 @@ def format_position(point: Floats) -> str:
 def drop_unused_points(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
     """Return the points that cells use, the cells with new node numbers, and the old numbers of the points.
 
-    Raises UnreadableMesh.
+    Raises UnreadableMesh if there are no cells, or a cell refers to a point that does not exist.
     """
     wrong = (cells < 0) | (cells >= len(points))
     if wrong.any():
@@ -75,7 +76,8 @@ def _require_finite_coordinates(points: Floats, number: Ints) -> None:
 def validate(points: Floats, cells: Ints, kind: str, coincident: str = "refuse", pieces: str = "refuse") -> Mesh:
     """Return the mesh of one body with positive cell volumes. Raises UnreadableMesh.
 
-    Coincident nodes are refused, merged or kept; pieces that share no nodes are refused or kept.
+    `coincident` is `refuse`, `merge` or `keep`, for nodes at the same position; `pieces` is `refuse` or `keep`, for
+    pieces that share no nodes.
     """
     points, cells, number = drop_unused_points(points, cells)
     if coincident == "merge":
@@ -98,7 +100,7 @@ def validate(points: Floats, cells: Ints, kind: str, coincident: str = "refuse",
 
 
 def _refuse_duplicate_cells(points: Floats, cells: Ints, kind: str) -> None:
-    """Refuse cells that occur twice, in any order of their nodes."""
+    """Raise UnreadableMesh if a cell occurs twice, in any order of its nodes."""
     _, first, count = np.unique(np.sort(cells, axis=1), axis=0, return_inverse=True, return_counts=True)[:3]
     again = count[first.ravel()] > 1
     if not again.any():
@@ -128,9 +130,9 @@ def _orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
 
 
 def _refuse_folded_cells(mesh: Mesh, least: Floats) -> None:
-    """Refuse cells that are inverted anywhere, also between the integration points.
+    """Raise UnreadableMesh if a cell is inverted anywhere, also between the integration points.
 
-    Hexahedra that are inverted at a corner are kept if no integration point lies in the inverted region.
+    Hexahedra that are inverted at a corner are accepted if no integration point lies in the inverted region.
     """
     bad, where = find_folded_cells(mesh, least)
     kept = ~has_folded_corner(Mesh(mesh.points, mesh.cells[bad], mesh.kind))
@@ -158,7 +160,10 @@ def _mean_jacobian(mesh: Mesh, cell: int) -> float:
 
 
 def _refuse_bad_cells(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: str, remedy: str) -> None:
-    """Refuse a mesh if any of its cells are bad."""
+    """Raise UnreadableMesh if the mask `bad` (m,) marks a cell.
+
+    `what` says in the message what is wrong with the cells, and `remedy` how to correct it.
+    """
     if not bad.any():
         return
     first, family = int(np.argmax(bad)), element_of(kind).family
@@ -167,7 +172,7 @@ def _refuse_bad_cells(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind:
     raise UnreadableMesh(f"{which}, the first is cell {first} at {place}", "E564", remedy)
 
 
-# ------------------------------------------------------------------ nodes at one place
+# ------------------------------------------------------------------ coincident nodes
 
 
 def shortest_edge(points: Floats, cells: Ints) -> float:
@@ -196,7 +201,10 @@ def merge_coincident_nodes(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
 
 
 def _refuse_coincident_nodes(mesh: Mesh, number: Ints) -> None:
-    """Refuse a mesh that looks connected but has pieces that are separate along coincident nodes."""
+    """Raise UnreadableMesh if a mesh has coincident nodes, along which it looks connected but is not.
+
+    `number` are the numbers of the nodes in the file.
+    """
     pairs = find_coincident_nodes(mesh.points, mesh.cells)
     if len(pairs):
         raise coincident_nodes_error(mesh.points, pairs, number)
@@ -215,7 +223,7 @@ def coincident_nodes_error(points: Floats, pairs: Ints, number: Ints) -> Unreada
     )  # fmt: skip
 
 
-# ------------------------------------------------------------------ how cells hang together
+# ------------------------------------------------------------------ connections of cells
 
 
 def find_components(count: int, rows: Ints, columns: Ints) -> Ints:
@@ -239,7 +247,7 @@ def components_of_rows(numbers: Ints) -> Ints:
 
 
 def _describe_pieces(mesh: Mesh, part: Ints) -> str:
-    """Describe the sizes of the pieces of a mesh, and the location of the smallest piece.
+    """Return text with the numbers of cells in the pieces of a mesh, and the location of the smallest piece.
 
     `part` (m,) is the piece of each cell.
     """
@@ -263,7 +271,7 @@ def count_pieces(mesh: Mesh) -> int:
 
 
 def _require_one_piece(mesh: Mesh) -> None:
-    """Refuse a mesh of several unconnected pieces."""
+    """Raise UnreadableMesh if a mesh has several unconnected pieces."""
     part = _pieces_of_nodes(mesh)
     count = int(part.max()) + 1
     if count > 1:
@@ -288,7 +296,10 @@ def facets_of_cells(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
 
 
 def _check_shared_faces(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None:
-    """Refuse faces that belong to three cells, or to two cells on the same side of the face."""
+    """Raise UnreadableMesh if a face belongs to three cells, or to two cells on the same side of the face.
+
+    The arguments are the results of `facets_of_cells`.
+    """
     count = np.bincount(same)
     if (count > 2).any():
         face = int(np.argmax(count > 2))
@@ -322,7 +333,10 @@ def _raise_overlap_error(mesh: Mesh, cells: Ints, face: Ints, count: int, what: 
 
 
 def _refuse_hinge_connections(mesh: Mesh, cell: Ints, same: Ints) -> None:
-    """Refuse pieces that are connected only by an edge or a node, about which they could rotate freely."""
+    """Raise UnreadableMesh if pieces are connected only by an edge or a node, about which they could rotate freely.
+
+    `cell` and `same` are results of `facets_of_cells`.
+    """
     order = np.argsort(same, kind="stable")
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
     part = find_components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
@@ -345,9 +359,9 @@ def _refuse_hinge_connections(mesh: Mesh, cell: Ints, same: Ints) -> None:
 
 
 def _refuse_self_intersection(mesh: Mesh) -> None:
-    """Refuse a self-intersecting mesh.
+    """Raise UnreadableMesh if the mesh intersects itself.
 
-    It is found by a cell centre or a surface node that lies well inside another cell far away along the mesh.
+    A centre of a cell or a node of the surface must not lie well inside a cell with which it is not connected.
     """
     found = find_overlap(mesh)
     if found is None:
@@ -360,7 +374,7 @@ def _refuse_self_intersection(mesh: Mesh) -> None:
 
 
 def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
-    """Return a point that lies in two cells without a common node, and one of the two cells; None if none is found."""
+    """Return a point where two unconnected cells overlap, and one of the two cells; None if none is found."""
     from scipy.spatial import cKDTree
 
     outer = np.unique(mesh.facets)
@@ -387,7 +401,10 @@ def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
 
 
 def _interior_points(mesh: Mesh, cells: Ints) -> Floats:
-    """Return a point inside each cell that lies on no face of the tetrahedra of a coinciding cell, (k, 3), m."""
+    """Return an interior point of each cell, (k, 3), m, for the search of overlaps.
+
+    The point lies on no face of the tetrahedra into which a coinciding cell is divided.
+    """
     corners, N = mesh.points[mesh.cells[cells]], mesh.element.shape(np.array([mesh.element.inner]))[0]
     points: Floats = np.einsum("k,mki->mi", N, corners)
     return points

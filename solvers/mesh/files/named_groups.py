@@ -30,7 +30,7 @@ FACES, EDGES = ":faces", ":edges"
 
 @dataclass(frozen=True)
 class NamedMembers:
-    """Members of one name: numbers of solid cells (k,), and corners of facets (f, c) for each type of facet."""
+    """Members of one named group: numbers of solid cells (k,), and corners of facets (f, c) for each type of facet."""
 
     cells: Ints
     facets: tuple[Ints, ...]
@@ -90,7 +90,7 @@ def _members_from_masks(data: Any, masks: list[Any], kind: str) -> NamedMembers:
 
 
 def group_masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list[Any]]]:
-    """Yield the name of every group of a file, and its cells in every block.
+    """Yield the name of every group of a file, with a mask of its cells in each block of cells.
 
     `dims` are the dimensions of the cells and of their sides.
     """
@@ -116,9 +116,9 @@ def _membership_mask(count: int, members: Any) -> Any:
 
 
 def _physical_groups(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
-    """Yield Gmsh's physical groups by name, or by number if unnamed.
+    """Yield Gmsh's physical groups by name, or by number if unnamed, with a mask of their cells in each block.
 
-    A cell has one group in each of the `layers`.
+    A cell has one group in each of the `layers`. `of` are the dimensions of the cells and of their sides.
     """
     names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
     dims = [block.dim for block in data.cells]
@@ -133,7 +133,10 @@ def _physical_groups(data: Any, layers: list[list[Any]], of: tuple[int, int]) ->
 
 
 def _groups_of_array(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
-    """Yield one group for each value of an integer array; for an array of ones and zeros only the ones."""
+    """Yield one group for each value of an integer array, with a mask of its cells in each block.
+
+    An array of ones and zeros also gives a group of the ones with the array's name.
+    """
     known = [np.asarray(own) for own in blocks]
     if any(own.dtype.kind not in "iub" or own.ndim != 1 for own in known):
         return

@@ -43,7 +43,8 @@ def read_slice(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     """Return the plane cells of a file, all of one type, as a slice around z = 0, m. Raises UnreadableMesh.
 
     The slice is about as thick as the cells are wide. Clockwise cells are reversed. The named groups are included.
-    Coincident nodes are refused, merged or kept. `unit` is the file's unit of length in m.
+    `coincident` is `refuse`, `merge` or `keep`, for nodes at the same position. `unit` is the file's unit of length in
+    m.
     """
     data = _parse_plane_file(Path(path))
     kind = _single_plane_cell_type(data)
@@ -144,9 +145,10 @@ def _edge_blocks(data: Any) -> list[tuple[int, Ints]]:
 
 def _treat_coincident_nodes(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
            ) -> tuple[Floats, Ints, list[Ints]]:  # fmt: skip
-    """Return points, cells and edges, with coincident nodes refused or merged. Raises UnreadableMesh.
+    """Return points, cells and edges, with coincident nodes refused, merged or kept. Raises UnreadableMesh.
 
-    Edges refer to points by their `number` in the file; ends of edges that belong to no cell become -1.
+    The given edges refer to points by their `number` in the file, the returned ones by their new numbers. Ends of edges
+    that belong to no cell become -1.
     """
     now = np.full(max([int(number.max()), *(int(e.max(initial=0)) for e in edges)]) + 1, -1)
     now[number] = np.arange(len(number))
@@ -174,7 +176,7 @@ def _orient_cells(points: Floats, cells: Ints, corners: int) -> Ints:
 
 
 def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
-    """Return the checked slice of plane cells of a type. Raises UnreadableMesh."""
+    """Return the validated slice of plane cells (m, a) of a type. Raises UnreadableMesh."""
     c, n, element = _corner_count(kind), len(points), element_of(SLICED[kind])
     half = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0))) / max(1.0, np.sqrt(len(cells)))
     layers = np.concatenate([points, points])
@@ -199,7 +201,8 @@ def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
 def _named_groups_of_slice(data: Any, kind: str, mesh: Mesh, cells: Ints, edges: dict[int, Ints]) -> dict[str, Group]:
     """Return the named groups of a file: cells, and sides of the slice above edges.
 
-    If a name has both, the group of sides is called `NAME:edges`.
+    `edges` are the edges (e, 2) of each block of the file. If a name has both cells and edges, the group of sides is
+    called `NAME:edges`.
     """
     c, element, found = mesh.element.corners // 2, mesh.element, {}
     first = [sum(len(b.data) for b in data.cells[:i] if b.type == kind) for i in range(len(data.cells))]
@@ -217,7 +220,7 @@ def _named_groups_of_slice(data: Any, kind: str, mesh: Mesh, cells: Ints, edges:
 
 
 def _sides_above_edges(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Group:
-    """Return the sides of a slice above edges (e, 2) of its plane cells (m, c)."""
+    """Return the group of the sides of a slice above edges (e, 2) of its plane cells (m, c)."""
     n = int(cells.max()) + 1
     known = edges[(edges >= 0).all(axis=1) & (edges < n).all(axis=1)]
     both = np.concatenate([cells, cells + n], axis=1)

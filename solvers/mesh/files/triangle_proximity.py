@@ -42,8 +42,8 @@ def edges_of_triangles(triangles: Ints) -> Ints:
 def find_intersecting_triangles(points: Floats, triangles: Ints) -> NDArray[np.bool_]:
     """Return a mask (t,) of the triangles that intersect another triangle.
 
-    Triangles with a common point are not compared, because neighbours touch. Source of the test: Moeller and Trumbore
-    (1997).
+    Triangles with a common point are not compared, because neighbours touch.
+    Source: Moeller and Trumbore (1997).
     """
     ends, of = np.unique(np.sort(edges_of_triangles(triangles), axis=1), axis=0, return_inverse=True)
     of = of.reshape(-1, 3)
@@ -75,9 +75,9 @@ def _do_edges_pierce_triangles(edge: Floats, X: Floats) -> NDArray[np.bool_]:
 
 
 def closest_points(places: Floats, points: Floats, triangles: Ints, reach: float) -> tuple[Floats, Floats]:
-    """Return the points (n, 3) of a surface closest to `places` (n, 3), and their distances (n,), m.
+    """Return the points (n, 3) of a surface closest to `places` (n, 3), m, and their distances (n,), m.
 
-    Distances above `reach` (m) are returned as inf.
+    A place farther from the surface than `reach` (m) gets the distance inf.
     """
     X = points[triangles]
     best, far = places.copy(), np.full(len(places), np.inf)
@@ -93,7 +93,7 @@ def closest_points(places: Floats, points: Floats, triangles: Ints, reach: float
 
 
 def _closest_in_triangle(p: Floats, X: Floats) -> Floats:
-    """Return the point of each triangle X (n, 3, 3) closest to p (n, 3): its projection, or on the nearest edge."""
+    """Return the point of each triangle X (n, 3, 3) closest to p (n, 3): its projection, or a point of an edge."""
     best: Floats
     a, ab, ac = X[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     gram = np.stack([np.einsum("ni,ni->n", q, r) for q, r in ((ab, ab), (ab, ac), (ac, ac))])

@@ -1,6 +1,6 @@
 """Repair of triangle surfaces that enclose a body: certain flaws are mended and reported.
 
-Nothing is dropped silently. Each repair is reported with its numbers, and a surface that encloses no volume is refused.
+Each repair is reported with its numbers, and a surface that encloses no volume is refused.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class ClosedSurface:
 
     @property
     def doubt(self) -> float:
-        """Uncertainty of the volume due to closed holes, m^3, as if each cap bulged by half its radius."""
+        """Relative uncertainty of the volume due to closed holes, as if each cap bulged by half its radius."""
         return float(self.capped**1.5 / (4.0 * np.sqrt(np.pi)) / self.volume)
 
 
@@ -124,9 +124,9 @@ def _no_volume_error(why: str) -> UnreadableMesh:
 
 
 def merge_points(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints]:
-    """Merge coincident points, and drop triangles that thereby have no extent.
+    """Return points and triangles with coincident points merged, and without triangles that contain a point twice.
 
-    In STL files each triangle has its own points.
+    In STL files each triangle has its own points. Repairs are added to the texts `repairs`.
     """
     from scipy.spatial import cKDTree
 
@@ -156,9 +156,9 @@ def _is_degenerate(triangles: Ints) -> NDArray[np.bool_]:
 
 
 def _drop_duplicate_triangles(triangles: Ints, repairs: list[str]) -> Ints:
-    """Return each triangle once, without pairs of opposite orientation.
+    """Return the triangles (t, 3), each once, without pairs of coinciding triangles of opposite orientation.
 
-    Two coinciding triangles of opposite orientation are a flap without thickness, and both are dropped.
+    Such a pair is a flap without thickness, and both triangles are dropped.
     """
     least = np.argmin(triangles, axis=1)
     rows = np.stack([triangles[np.arange(len(triangles)), (least + k) % 3] for k in range(3)], axis=1)
@@ -181,18 +181,24 @@ def _drop_duplicate_triangles(triangles: Ints, repairs: list[str]) -> Ints:
     return triangles[kept]
 
 
-# ------------------------------------------------------------------ which way they look
+# ------------------------------------------------------------------ orientation
 
 
 def _edge_numbers_and_counts(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
-    """Return for all triangle edges (3 t,): their number, whether point numbers ascend, and how often each occurs."""
+    """Return the number and direction of all triangle edges (3 t,), and how often each numbered edge occurs.
+
+    The direction is True if the point numbers ascend.
+    """
     ends = edges_of_triangles(triangles)
     number, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)[1:]
     return number.ravel().astype(np.int64), ends[:, 0] < ends[:, 1], count
 
 
 def _neighbour_pairs(triangles: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
-    """Return pairs of triangles that share an edge with no third one, and whether both have the same orientation."""
+    """Return pairs of triangles that share an edge with no third triangle, as two arrays (p,).
+
+    Return also whether both have the same orientation (p,).
+    """
     number, up, count = _edge_numbers_and_counts(triangles)
     order = np.argsort(number, kind="stable")
     pairs = order[count[number[order]] == 2].reshape(-1, 2)
@@ -200,9 +206,9 @@ def _neighbour_pairs(triangles: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
 
 
 def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
-    """Give neighbouring triangles the same orientation. Raises UnreadableMesh.
+    """Return triangles (t, 3) with the same orientation in each connected patch. Raises UnreadableMesh.
 
-    In each connected patch the minority of triangles is reversed.
+    In each patch the minority of triangles is reversed.
     """
     a, b, alike = _neighbour_pairs(triangles)
     n = len(triangles)
@@ -227,7 +233,7 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
 
 
 def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints, float]:
-    """Close each hole by a fan of triangles around its centre; return also the total area of the caps, m^2."""
+    """Return points and triangles with each hole closed by a fan of triangles, and the total area of the caps, m^2."""
     number, _, count = _edge_numbers_and_counts(triangles)
     ends = edges_of_triangles(triangles)[count[number] == 1]
     if not len(ends):
@@ -282,7 +288,10 @@ def _trace_edge_loops(ends: Ints) -> list[list[int]]:
 
 
 def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
-    """Orient the outer shell outward and hollows inside it inward; drop tiny shells. Raises UnreadableMesh."""
+    """Return triangles with the outer shell facing outward and hollows facing inward. Raises UnreadableMesh.
+
+    Tiny shells are dropped.
+    """
     part = _shell_of_triangles(triangles)
     shells = [triangles[part == k] for k in range(int(part.max()) + 1)]
     volumes = np.array([signed_volume(points, shell) for shell in shells])
@@ -322,7 +331,11 @@ def _one_shell_remedy() -> str:
 
 
 def _refuse_separate_shell(points: Floats, outer: Ints, shell: Ints, opposite: bool) -> None:
-    """Refuse a shell that neither is a hollow of the outer shell nor intersects it."""
+    """Raise UnreadableMesh unless a shell is a hollow inside the outer shell or can be united with it.
+
+    Shells can be united if they intersect and have the same orientation. `outer` and `shell` (t, 3) are triangles;
+    `opposite` is True if the two shells have opposite orientations.
+    """
     place = format_position(points[shell[0, 0]])
     if find_intersecting_triangles(points, np.concatenate([outer, shell]))[len(outer) :].any():
         if opposite:

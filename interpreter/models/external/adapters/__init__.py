@@ -4,10 +4,10 @@ The table is in this module so that declarations import no adapter. An adapter i
 of its program, or a module of a plugin. It has
     install                    text on how to install the program
     version()                  version of the program, None if it is not installed
-    places()                   files of the program on disk, which may differ for one version number (adapters here
-    only)
+    places()                   files of the installed program on disk, from which changes of the program are detected
+                               that its version number does not show (adapters in this folder only)
     refuses(problem)           unsupported features of a `Problem` beyond those of the table, with reasons
-    write(problem, folder)     write the input; `problem.named` is set if the table entry says `by_name`
+    write(problem, folder)     write the input; `problem.named` is set if the table entry has `by_name`
     command(folder)            command to run in the folder (external_process.py); output goes to `log.txt`
     read(folder)               return the `Answer`. Raises NoAnswer if there is none, ExternalNotConverged if the
     program reports that it did not converge

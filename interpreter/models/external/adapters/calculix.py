@@ -31,24 +31,24 @@ install = "install the package `calculix-ccx` (Debian, Ubuntu), or see calculix.
 elements: Mapping[str, str] = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
 laws = PROGRAMS["calculix"].laws
 others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
-    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is "
-    "`neo_hookean_isochoric`; `neo_hookean` has ln J",
+    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE is another law, mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which "
+    "is called `neo_hookean_isochoric` here",
     "ogden": "its *HYPERELASTIC, OGDEN (version 2.20) does not converge from the undeformed state, where "
     "stretches are equal",
     "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has the volumetric energy K/2 ((J^2 - 1)/2 - ln J)",
 }
 
 JOB = "job"
-LOG = "log.txt"  # its output
-MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
+LOG = "log.txt"  # output file of CalculiX
+MM = 1e3  # mm in a metre, and uN in mN: a force of 1 N is 1e6 uN
 UN = 1e6
 DENSE = 1e-6  # g/mm^3 in a kg/m^3
-VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
-LEAST_SPARE = 1e-4  # of 1 - 2 nu: at 2e-4 it is ours to 2e-9, at 2e-5 it comes to no equilibrium (version 2.20)
+VOID = 1e30  # D_n of an absent volumetric term; 0 would stand for a default
+LEAST_SPARE = 1e-4  # smallest 1 - 2 nu: at 2e-4 results agree to 2e-9, at 2e-5 it does not converge (version 2.20)
 SAID, WIDE = 4, 160  # number of its errors and warnings shown, and characters of each
-PRINTED = 5e-7  # of a number: half of the last of 7 digits
-CLOCK = 1e-5  # of the time that it has reached, which it tells with 6 digits
-TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
+PRINTED = 5e-7  # relative rounding of a number: half of the last of 7 digits
+CLOCK = 1e-5  # tolerance of the time reached, which is printed with 6 digits
+TRUST = 6e-7  # of the largest displacement: difference of printed (7 digits) and double precision values
 _TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
 _PERIOD = re.compile(r"^\*STATIC\n[^,\n]*,([^,\n]*)", re.M)
 _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
@@ -99,7 +99,7 @@ def write(problem: Problem, folder: Path) -> None:
 
 
 def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the lines of the input deck, including additional `sets`.
+    """Yield the lines of the input deck; `sets` are lines that define additional node and element sets.
 
     Raises ValueError for features that `refuses` returns.
     """

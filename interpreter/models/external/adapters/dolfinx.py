@@ -26,7 +26,7 @@ from softmark.interpreter.models.external.external_problem import NoAnswer, Prob
 from softmark.records import dataclass
 
 VARIABLE = "SOFTMARK_DOLFINX_PYTHON"
-SYSTEM = "/usr/bin/python3"  # that of Debian's package, whatever the PATH has
+SYSTEM = "/usr/bin/python3"  # Python of Debian's package, which need not be on the PATH
 install = (
     "run `apt-get install python3-dolfinx-real` (Debian, Ubuntu) or `conda install -c conda-forge "
     f"fenics-dolfinx`; every `python3` on the PATH is searched, or only the Python that {VARIABLE} "
@@ -37,7 +37,7 @@ PACKAGE = package_process.Package(__name__, "dolfinx", "fenics-dolfinx", "")
 refuses, read = PACKAGE.refuses, PACKAGE.read
 
 DRIVER, CELL = "dolfinx_driver.py", "cell.npz"
-PATIENCE = 20.0  # s that a Python may take to say whether it has it
+PATIENCE = 20.0  # s that a Python may take to report whether it has DOLFINx
 PROBE = """import json
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec

@@ -26,10 +26,10 @@ ELEMENTS = {
     "hex8": ("hexahedron", 1, 3),
     "hex27": ("hexahedron", 2, 5),
 }
-SHORTEST = 1.0 / 512.0  # of the load: a step of less is given up
-MOST = 16  # iterations of a step
-HELD = 1e-10  # of the greatest displacement: how far what is held may be from where it is held
-NEAR = 1e-9  # of the size of a body, and of a cell: how far points that are one may be apart
+SHORTEST = 1.0 / 512.0  # of the load: smallest load step
+MOST = 16  # largest number of iterations of a step
+HELD = 1e-10  # of the largest displacement: tolerance of held displacements
+NEAR = 1e-9  # of the size of a body and of a cell: tolerance for matching points
 
 
 class Refused(Exception):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 UNKNOWN = "unknown version"
 NODES = "nodes.npy"  # our nodes, for matching an answer
-NAMELESS = Named({}, {}, {}, {})  # of decks that need nodes only
+NAMELESS = Named({}, {}, {}, {})  # named parts for decks that need only nodes
 WIDE = 300  # characters of its output that are shown
 
 

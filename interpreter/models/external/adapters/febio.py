@@ -28,8 +28,8 @@ install = "put `febio4` of FEBio 4 (febio.org) on the PATH; there is no package 
 refuses = deck.refuses
 
 TABLE, LOG = "u.csv", "model.log"
-ROUNDING = 5e-12  # of a number: half of the last of 12 digits
-SAME = 1e-6  # of a step of time: how far a state may be from its time, which is a sum of steps
+ROUNDING = 5e-12  # relative rounding of a number: half of the last of 12 digits
+SAME = 1e-6  # of a time step: tolerance of the time of a state, which is a sum of steps
 GOOD, BAD = "N O R M A L   T E R M I N A T I O N", "E R R O R   T E R M I N A T I O N"
 _BOX = re.compile(r"^ ?\* +(?:(?:FATAL )?ERROR|WARNING) +\*\n((?: ?\*[^*\n][^\n]*\*\n)+)", re.M)
 _NUMBER = r"(\d+(?:\.\d*)?(?:e[+-]?\d+)?)"

@@ -34,8 +34,8 @@ REGIONS = {
     "hex20": "RegionQuadraticHexahedron",
     "hex27": "RegionTriQuadraticHexahedron",
 }
-SHORTEST = 1.0 / 512.0  # of the load: a step of less is given up
-MOST = 16  # iterations of a step
+SHORTEST = 1.0 / 512.0  # of the load: smallest load step
+MOST = 16  # largest number of iterations of a step
 
 
 def solved(problem: Problem) -> Answer:

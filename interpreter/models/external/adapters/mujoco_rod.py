@@ -29,9 +29,9 @@ from softmark.interpreter.models.external.exporters.mujoco_exporter import (
 )
 from softmark.interpreter.models.external.external_problem import Answer, Floats, Motion, NoAnswer, Problem, Section
 
-SHORT = 1e-3  # of the adjacent edge: an edge that only gives the direction of a clamp
-BOX = 1e-3  # m, the half size of the box along e2; its moduli make any stiffness of it
-STIFF = 'solimp="0.9999 0.9999 0.001 0.5 2"'  # of the constraints on edges: the greatest that it takes
+SHORT = 1e-3  # length of the edge that gives the direction of a clamp, relative to the adjacent edge
+BOX = 1e-3  # m, half size of the box along e2; the moduli are chosen to match the stiffness
+STIFF = 'solimp="0.9999 0.9999 0.001 0.5 2"'  # stiffness of the edge constraints: the largest allowed
 
 
 def solved(problem: Problem) -> Answer:
@@ -58,7 +58,7 @@ def solved(problem: Problem) -> Answer:
         frames = np.array(data.plastic[: 6 * (count - 1 + sum(ends))]).reshape(-1, 2, 3)[first : first + count - 1]
         turned[i] = section.axes @ nodal_axes(_edge_axes(x, frames, data.qpos[twists]))
         turned[i][[0, -1]] = np.where(np.array(ends)[:, None, None], section.axes, turned[i][[0, -1]])
-        energies[i] = data.energy[1]  # of motion alone: what is stored besides is no less than nothing
+        energies[i] = data.energy[1]  # kinetic energy only, a lower bound because strain energy is not negative
 
     ready = time.perf_counter()
     steps, unsolved = take_steps(model, data, motion, look)

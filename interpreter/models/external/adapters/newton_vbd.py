@@ -31,8 +31,8 @@ PACKAGE = package_process.Package(
 install, version, places = PACKAGE.install, PACKAGE.version, PACKAGE.places
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
-USUAL = 10  # iterations: its own default
-RADIUS = 1e-4  # m of a particle, which touches nothing
+USUAL = 10  # iterations: default of the program
+RADIUS = 1e-4  # m, radius of a particle, which is never in contact
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:

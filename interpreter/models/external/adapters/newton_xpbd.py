@@ -19,7 +19,7 @@ PACKAGE = package_process.Package(
 install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, newton_vbd.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
-USUAL = 2  # iterations: its own default
+USUAL = 2  # iterations: default of the program
 
 
 def solved(problem: Problem) -> Answer:

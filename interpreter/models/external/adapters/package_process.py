@@ -69,7 +69,7 @@ class Package:
         return tuple(map(Path, spec.submodule_search_locations or [spec.origin or ""]))
 
     def refuses(self, problem: Problem) -> list[tuple[str, str]]:
-        """Return no unsupported features: the table of programs already has all of them."""
+        """Return no further unsupported features, because the table of programs already lists all of them."""
         return []
 
     def write(self, problem: Problem, folder: Path) -> None:

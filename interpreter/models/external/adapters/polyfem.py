@@ -30,10 +30,10 @@ program = "PolyFEM_bin"
 install = "put `PolyFEM_bin` (polyfem.github.io) on the PATH; there is no package for it in Debian or Python"
 
 FIELD = "solution"
-NEAR = 1e-9  # of the body: how far a node of its is from one of ours
-ALIKE = 1e-9  # of the greatest displacement: how far those of a node may be apart in its cells
+NEAR = 1e-9  # of the size of the body: tolerance for matching nodes
+ALIKE = 1e-9  # of the largest displacement: largest difference between the cells of a node
 _ERROR = re.compile(r"\[error\]\s*(.*)")
-_SOLVED = re.compile(r"^.*\bFinished: .*$", re.M)  # of the nonlinear solver, the last of which is the body's
+_SOLVED = re.compile(r"^.*\bFinished: .*$", re.M)  # log line of the nonlinear solver; the last one is that of the body
 CLOCKS = {
     "io_s": ("loading_mesh",),
     "setup_s": ("building_basis", "assigning_rhs"),
@@ -93,9 +93,9 @@ def read(folder: Path) -> Answer:
 
 
 def _match_displacements(points: Floats, found: Floats, nodes: Floats) -> Floats:
-    """Return the displacements (n, 3), m, of our `nodes` from those `found` at `points`, matched by position.
+    """Return the displacements (n, 3), m, of softmark's `nodes`, matched by position to nodes of PolyFEM.
 
-    Raises NoAnswer if a node has no match.
+    PolyFEM's nodes are at `points` and have the displacements `found`. Raises NoAnswer if a node has no match.
     """
     from scipy.spatial import cKDTree
 

@@ -126,7 +126,7 @@ def dead_force_class(elastica: Any) -> Any:
 
 
 def rod_of(problem: Problem) -> Any:
-    """Return a PyElastica rod with our stiffnesses and inertia in place of those of a circular section."""
+    """Return a PyElastica rod that has softmark's stiffnesses and inertia, not those of a circular section."""
     elastica = imported()
     section, (stuff,) = problem.section, problem.stuff
     assert section is not None

@@ -14,7 +14,7 @@ def must_not_gain_energy(energies: Floats, work: Floats, step: float) -> None:
 
     `energies` (t,), J, and the `work` (t,), J, of dead loads are those since the start at rest. Steps that are too
     long create energy long before numbers overflow. Steps that are short enough create at most the fraction MADE of
-    it.
+    the largest work.
     """
     most = float(np.abs(work).max())
     made = float((energies - work).max())
@@ -28,7 +28,7 @@ def must_not_gain_energy(energies: Floats, work: Floats, step: float) -> None:
 
 
 def nodal_axes(own: Floats) -> Floats:
-    """Return axes e1, e2, e3 at nodes as columns (n, 3, 3), from those of segments `own` (n - 1, 3, 3).
+    """Return section axes e1, e2, e3 at nodes as columns (n, 3, 3), from the axes `own` (n - 1, 3, 3) of segments.
 
     They are halfway between the axes of both segments at a node; at an end they are those of its segment.
     """

@@ -28,7 +28,7 @@ program = "runSofa"
 install = "put `runSofa` of SOFA 24 (sofa-framework.org) on the PATH; there is no package for it in Debian or Python"
 refuses = deck.refuses
 
-ROUNDING = 5e-6  # of a number: half of the last of 6 digits
+ROUNDING = 5e-6  # relative rounding of a number: half of the last of 6 digits
 SETTLED, LOST, ITERATION = "[CONVERGED]", "[DIVERGED]", "Newton iteration #"
 
 

@@ -21,8 +21,8 @@ class Format:
     module: str
     what: str
     unit: str = "1m"
-    mesh: bool = False  # and no way to solve it
-    moves: bool = False  # and no state of rest
+    mesh: bool = False  # the format contains only a mesh
+    moves: bool = False  # the format contains only motions
     by_name: bool = False  # whether its module has `unsupported_loads`
     units: str = "m, kg, s, N and Pa"
 

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 FILE = "model.feb"
 MM, UN = 1e3, 1e6  # its units in a metre and in a newton
-STEPS = 10  # of the load, to each state
-LAWS = {"neo_hookean": "neo-Hookean", "st_venant_kirchhoff": "isotropic elastic"}  # both have these energies there
+STEPS = 10  # number of load steps to each state
+LAWS = {"neo_hookean": "neo-Hookean", "st_venant_kirchhoff": "isotropic elastic"}  # laws with equal energies
 ELEMENTS = ("tet4", "hex8")
 AXES = "xyz"
 

@@ -41,7 +41,7 @@ KINDS: dict[tuple[int, int], tuple[int, Sequence[int]]] = {
 
 @dataclass(frozen=True)
 class Entity:
-    """Cells (k, a) of one dimension that belong to the same physical groups, whose tags it lists."""
+    """Cells (k, a) of one dimension that belong to the same physical groups; `groups` are the tags of these."""
 
     dimension: int
     cells: Ints
@@ -49,7 +49,7 @@ class Entity:
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Return an error for cells whose Gmsh element type this exporter does not have."""
+    """Return an error if the element of the mesh has no Gmsh type in this exporter."""
     if (3, problem.cells.shape[1]) in KINDS:
         return []
     return [(problem.element, "the mesh is a slice of a plane body and has no solid cells")]

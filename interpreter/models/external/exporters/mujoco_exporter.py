@@ -24,8 +24,8 @@ Bools = NDArray[np.bool_]
 FILE = "model.xml"
 LAW = "st_venant_kirchhoff"
 AXES = ("1 0 0", "0 1 0", "0 0 1")
-SMALL = 1e-9  # kg m^2: inertia of a node that never turns, which its compiler wants
-ROUNDING = 1e-12  # of the greatest force: remainder after the weight
+SMALL = 1e-9  # kg m^2: inertia of a node that never rotates, which MuJoCo's compiler requires
+ROUNDING = 1e-12  # of the largest force: a smaller remainder after the weight counts as zero
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:

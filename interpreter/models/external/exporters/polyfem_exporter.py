@@ -35,7 +35,7 @@ FILE = "model.json"
 ANSWER, STATISTICS = "answer.vtu", "statistics.json"
 LAWS = {"linear_elastic": "LinearElasticity", "neo_hookean": "NeoHookean", "st_venant_kirchhoff": "SaintVenant"}
 ORDERS = {"tet4": 1, "tet10": 2}
-SAME = 1e-9  # of the greatest: tolerance of forces and positions
+SAME = 1e-9  # relative to the largest: tolerance of forces and positions
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
@@ -87,7 +87,7 @@ def deck(problem: Problem, named: Named) -> dict[str, Any]:
         assert own is not None
         body, tractions = body + own.body, tractions + own.tractions
     most = np.abs(tractions).max(initial=np.finfo(float).tiny)
-    tractions = np.round(tractions / most, 12) * most + 0.0  # those that rounding makes two are one
+    tractions = np.round(tractions / most, 12) * most + 0.0  # nearly equal conditions count as one
     kinds = np.concatenate([np.nan_to_num(held, nan=np.inf), tractions], axis=1)
     which, numbers = np.unique(kinds, axis=0, return_inverse=True)
     numbers = numbers.reshape(-1) + 1
@@ -136,7 +136,7 @@ def _geometry_entry(problem: Problem, facets: Ints, numbers: Ints, acted: Mappin
 
 
 def _material(index: int, problem: Problem) -> dict[str, Any]:
-    """Return the entry of the material with this index."""
+    """Return the deck entry of the material with index `index` in a problem."""
     stuff = problem.stuff[index]
     return {"id": index + 1, "type": LAWS[stuff.law], "E": stuff.constants["young"], "nu": stuff.constants["poisson"],
             "rho": stuff.density or 0.0}  # fmt: skip

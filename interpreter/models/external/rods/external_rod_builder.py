@@ -83,12 +83,15 @@ class PreparedRod(PreparedExternalDynamics):
 
 
 def load(model: ExternalRod) -> None:
-    """Import the modules that building the model needs."""
+    """Import the libraries that `prepare` needs, so that their import does not count as building time."""
     beam.load(model.ours)
 
 
 def prepare(model: ExternalRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build softmark's rod model for transfer, or a placeholder if the program does not support it. Raises Fault."""
+    """Return the rod model that an external program solves. Raises Fault.
+
+    If the program does not support the scene, the result is a placeholder with the reason.
+    """
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
     rod = beam.build_static(model.ours, replace(declared, thing=model.ours), case)

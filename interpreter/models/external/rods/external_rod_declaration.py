@@ -144,11 +144,11 @@ class ExternalRod(ExternalModel):
         return self.ours.stations(case)
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan and the report."""
+        """Return a one-line description of the model for `dsl plan` and the report."""
         return f"{self.program_entry.title}: {self.segments} segments of a rod; {self.program_entry.moves}"
 
     def kind(self, case: Case) -> ModelKind:
-        """Return the family of the model: all its properties except the number of segments."""
+        """Return the kind of the model: its description without the number of segments, and that number as text."""
         rod = self.ours.kind(case)
         return replace(rod, words=f"{rod.words}, {self.program_entry.title}")
 

@@ -23,7 +23,7 @@ READERS = {
     ".vtu": "vtu", ".pvd": "pvd", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf", ".frd": "frd", ".csv": "csv_results",
     ".pvtu": "pvtu", ".xplt": "xplt",
 }  # fmt: skip
-INSTEAD = {  # of formats that are not read, what to name
+INSTEAD = {  # formats that are not supported, with the file to name instead
     ".h5": "name the .xdmf file that belongs to it",
     ".hdf5": "name the .xdmf file that belongs to it",
     ".dat": "write results with `*NODE FILE` in CalculiX, and name the .frd file",
@@ -32,7 +32,7 @@ INSTEAD = {  # of formats that are not read, what to name
     ".vtm": "merge the blocks in ParaView and save them as .vtu",
     ".vtp": "write the solid, or the points of the surface as .csv",
 }
-LARGEST = 2 << 30  # bytes of a file, and of all files of a series
+LARGEST = 2 << 30  # largest size of a file, or of all files of a series, bytes
 AGAIN = "write the file again: it may be incomplete, or have the wrong extension"
 
 
@@ -55,18 +55,21 @@ def read(file: Path) -> ResultFile:
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("ignore")
-            # what numpy says of text that is no number, in place of an error
+            # numpy's warning about text that is not a number, in place of an error
             warnings.filterwarnings("error", message="string or file could not be read")
             told: ResultFile = reader.read(file)
     except Unreadable:
         raise
-    except Exception as error:  # readers raise what they like
+    except Exception as error:  # readers may raise any exception
         raise Unreadable(file.name, f"it cannot be read ({describe_read_error(error)})", AGAIN) from None
     return told
 
 
 def _reader_by_content(file: Path, reader: str) -> str:
-    """Return the reader of a VTK file by its content, because both formats occur with both file endings."""
+    """Return the name of the reader of a VTK file, chosen by the content of the file.
+
+    Both VTK formats occur with both file endings.
+    """
     if reader not in ("vtk", "vtu"):
         return reader
     from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion

@@ -32,13 +32,13 @@ PLACES: tuple[Triple, ...] = (
 )  # fmt: skip
 MOVED: tuple[Triple, ...] = (("x1", "y1", "z1"), ("x", "y", "z"))
 LETTERS: Triple = ("u", "v", "w")
-MOST = 1000  # columns
+MOST = 1000  # largest number of columns
 TIMES = ("time", "t", "Time")
 UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 
 
 def read(file: Path) -> ResultFile:
-    """Read all times. Raises Unreadable."""
+    """Return the points of a CSV table and their vectors at all times. Raises Unreadable."""
     with limited_resources(file):
         words = csv_tables.read_header(file)
         if len(words) > MOST:
@@ -66,7 +66,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _first_matching_triple(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
-    """Return the first of these triples of columns whose name is one of the `words`, else None."""
+    """Return the first triple of columns whose name is one of the `words`, else None."""
     return next((triple for triple in triples if set(triple) <= set(words)), None)
 
 

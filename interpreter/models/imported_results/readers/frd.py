@@ -34,16 +34,16 @@ TYPES = {1: ("hexahedron", 8), 2: ("wedge", 6), 3: ("tetra", 4), 4: ("hexahedron
          11: ("line", 2), 12: ("line3", 3)}  # fmt: skip
 # its middles of upright edges come before those of the top, ours after them
 ORDER = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
-WIDTHS = {0: 5, 1: 10}  # of a node's number, by the format; others are binary
-NUMBER = 12  # columns of a number
-FREQUENCIES = 2  # ictype of a result that is a mode
+WIDTHS = {0: 5, 1: 10}  # characters of a node number, by format code; other codes are binary
+NUMBER = 12  # characters of a number
+FREQUENCIES = 2  # ictype of a vibration mode
 ENDED = "it has no last line 9999: CalculiX did not finish, and the last results are not in equilibrium"
 TEXT = "write results with `*NODE FILE`, which is text, instead of `*NODE OUTPUT`"
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines of a file, with the current position."""
+    """Lines of a CalculiX file, read one after another from a current position."""
 
     name: str
     rows: list[bytes]
@@ -59,12 +59,15 @@ class Lines:
                 return
             if key in ("2C", "3C", "100C"):
                 yield key, row, here
-            elif row.strip() and not key.startswith("1"):  # words on the file, and on a step
+            elif row.strip() and not key.startswith("1"):  # descriptions of the file and of a step
                 raise Unreadable(self.name, f"line {here} begins an unknown block", AGAIN)
         raise Unreadable(self.name, ENDED, "find the cause in the log of CalculiX, and let it finish")
 
     def block(self) -> tuple[int, list[bytes]]:
-        """Return the number of the first line, from 1, and all lines before the next ` -3`. Raises Unreadable."""
+        """Return the lines from the current position to the end of the block, and the number of the first one, from 1.
+
+        A line ` -3` ends a block and is not returned. Raises Unreadable.
+        """
         start = i = self.at[0]
         while i < len(self.rows) and self.rows[i][:3] not in (b" -3",):
             if self.rows[i][:3] not in (b" -1", b" -2", b" -4", b" -5"):
@@ -77,7 +80,7 @@ class Lines:
 
 
 def read(file: Path) -> ResultFile:
-    """Read all increments. Raises Unreadable."""
+    """Return the nodes, cells and nodal vectors of a CalculiX file in all increments. Raises Unreadable."""
     with limited_resources(file):
         lines = Lines(file.name, read_regular(file).replace(b"\r\n", b"\n").split(b"\n"))
         heads = lines.heads()
@@ -110,7 +113,10 @@ def read(file: Path) -> ResultFile:
 
 def _states_of_increments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
              left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
-    """Return the states of the increments `steps`, by time. Raises Unreadable."""
+    """Return the states of a CalculiX file, one for each of the increments `steps`, whose keys are times.
+
+    X are the points and `blocks` the cells of all states; `left` describes unused content. Raises Unreadable.
+    """
     mesh = checked_state(name, X, blocks, {})
     return [state_on_mesh(name, mesh, found, time, left) for time, found in steps.items()]
 

@@ -19,7 +19,7 @@ from softmark.safe_files import read_regular
 
 
 def read(file: Path) -> ResultFile:
-    """Read all states. Raises Unreadable."""
+    """Return the points, cells and vectors of a series in all its states. Raises Unreadable."""
     with limited_resources(file):
         top = parse_xml(file.name, read_regular(file), "VTKFile")
     entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]

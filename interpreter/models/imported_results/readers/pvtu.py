@@ -14,12 +14,12 @@ from softmark.safe_files import read_regular
 
 
 def read(file: Path) -> ResultFile:
-    """Read one state. Raises Unreadable."""
+    """Return the points, cells and vectors of a PVTU file, which has one state. Raises Unreadable."""
     return combine_states(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:
-    """Read one state of a series. Raises Unreadable."""
+    """Return the content of a PVTU file as one state of a series. Raises Unreadable."""
     return vtu.read_moment(part(file))
 
 

@@ -15,7 +15,7 @@ DATASET = re.compile(rb"^[ \t]*DATASET[ \t]+(\S+)", re.MULTILINE | re.IGNORECASE
 
 
 def read(file: Path) -> ResultFile:
-    """Read one state; the format has no time. Raises Unreadable."""
+    """Return the points, cells and vectors of a legacy VTK file: one state without a time. Raises Unreadable."""
     data = read_regular(file)
     kinds = DATASET.findall(data)
     if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):

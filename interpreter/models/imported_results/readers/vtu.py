@@ -50,12 +50,12 @@ LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 
 
 
 def read(file: Path) -> ResultFile:
-    """Read one state. Raises Unreadable."""
+    """Return the points, cells and vectors of a VTU file, which has one state. Raises Unreadable."""
     return combine_states(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:
-    """Read one state of a series. Raises Unreadable."""
+    """Return the content of a VTU file as one state of a series. Raises Unreadable."""
     with limited_resources(file):
         data = read_regular(file)
         name, (root, appended) = file.name, _split_appended_data(data)
@@ -152,13 +152,13 @@ class Source:
     """Data arrays of a VTU file, and their encoding."""
 
     name: str
-    order: Literal["<", ">"]  # of bytes
+    order: Literal["<", ">"]  # byte order
     header: str  # type of the sizes of blocks
     packed: str | None
     raw: bool
     appended: bytes
-    ends: dict[int, int]  # of appended arrays by where they begin
-    room: list[int]  # bytes that its blocks may still unpack to, whatever names them how often
+    ends: dict[int, int]  # end of each appended array, by its start
+    room: list[int]  # bytes that blocks may still unpack to, however often they are named
 
     def count(self, piece: ElementT, word: str) -> int:
         """Return the number that the attribute `word` of a piece declares. Raises Unreadable."""

@@ -49,12 +49,15 @@ INCLUDES = ("{http://www.w3.org/2001/XInclude}include", "{http://www.w3.org/2003
 
 @dataclass(frozen=True)
 class Source:
-    """XDMF file, and the HDF5 files next to it with its numbers, by the names that it gives them."""
+    """XDMF file, and the HDF5 files in its folder that hold its numbers.
+
+    `files` has the HDF5 files by the names that the XDMF file uses for them.
+    """
 
     name: str
     files: dict[str, Path]
     stack: ExitStack
-    known: dict[Any, Any] = field(default_factory=dict)  # what was opened
+    known: dict[Any, Any] = field(default_factory=dict)  # opened files and numbers, by key
 
     def refused(self, reason: str, remedy: str = AGAIN) -> Unreadable:
         """Return the exception Unreadable with a reason and a remedy."""
@@ -111,7 +114,7 @@ class Source:
 
 
 def read(file: Path) -> ResultFile:
-    """Read all states. Raises Unreadable."""
+    """Return the points, cells and vectors of an XDMF file in all its states. Raises Unreadable."""
     with limited_resources(file):
         top = parse_xml(file.name, read_regular(file), "Xdmf")
     texts = [i.text.partition(":")[0].strip() for i in top.iter("DataItem") if i.get("Format") == "HDF" and i.text]

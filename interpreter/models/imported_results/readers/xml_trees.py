@@ -13,7 +13,7 @@ from softmark.interpreter.models.imported_results.readers.result_frames import A
 from softmark.references.measured_data import Unreadable
 from softmark.safe_files import path_within
 
-DEEP = 50  # elements within each other
+DEEP = 50  # largest nesting depth of elements
 ElementT = ElementTree.Element
 
 
@@ -69,7 +69,7 @@ def numbers(text: str, kind: str) -> NDArray[np.generic]:
     if not text.strip():
         return np.empty(0, kind)
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # numpy only warns of what is no number
+        warnings.simplefilter("error")  # numpy only warns about text that is not a number
         try:
             found = np.fromstring(text, "f8" if kind[0] == "f" else "i8", sep=" ")
         except DeprecationWarning:

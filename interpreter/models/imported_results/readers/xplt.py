@@ -34,7 +34,7 @@ from softmark.safe_files import read_regular
 TAG = 0x00464542  # FEB
 VERSIONS = range(0x30, 0x36)
 VTK = "open it in FEBio Studio and export VTK; its points are deformed positions"
-WINDOW = 1 << 10  # bytes of packed data that are looked at first
+WINDOW = 1 << 10  # bytes of packed data that are read first
 
 ROOT, HEADER, VERSION, PACKED = 0x01000000, 0x01010000, 0x01010001, 0x01010004
 NODAL, ITEM, ITEM_TYPE, ITEM_NAME = 0x01023000, 0x01020001, 0x01020002, 0x01020004
@@ -44,7 +44,7 @@ DOMAINS, DOMAIN, DOMAIN_HEADER, CELL_TYPE = 0x01042000, 0x01042100, 0x01042101, 
 CELL_COUNT, CELL_LIST, CELL = 0x01032104, 0x01042200, 0x01042201
 STATE, STATE_HEADER, TIME, STATUS = 0x02000000, 0x02010000, 0x02010002, 0x02010003
 STATE_DATA, NODE_DATA, VARIABLE, VARIABLE_ID, VARIABLE_DATA = 0x02020000, 0x02020300, 0x02020001, 0x02020002, 0x02020003
-VECTOR = 1  # type of a variable that is three numbers
+VECTOR = 1  # type of a variable with three numbers
 
 # FEBio's number of a type of cell -> meshio's word, and its nodes; its hex27 has another order of faces than VTK's
 TYPES = {0: ("hexahedron", 8), 1: ("wedge", 6), 2: ("tetra", 4), 3: ("quad", 4), 4: ("triangle", 3), 5: ("line", 2),
@@ -56,7 +56,7 @@ TYPES = {0: ("hexahedron", 8), 1: ("wedge", 6), 2: ("tetra", 4), 3: ("quad", 4),
 
 @dataclass(frozen=True)
 class Chunk:
-    """Chunk of a file: its content."""
+    """Chunk of a FEBio plot file: its bytes, and their byte order."""
 
     name: str  # of the file
     order: str  # of bytes: < or >
@@ -104,7 +104,7 @@ class Chunk:
 
 
 def read(file: Path) -> ResultFile:
-    """Read all states that converged. Raises Unreadable."""
+    """Return the nodes, cells and nodal vectors of a FEBio file in all states that converged. Raises Unreadable."""
     with limited_resources(file):
         data = memoryview(read_regular(file))
         order = {TAG.to_bytes(4, "little"): "<", TAG.to_bytes(4, "big"): ">"}.get(bytes(data[:4]))

@@ -23,7 +23,7 @@ from softmark.records import dataclass
 
 DRAWN = 201
 LEFT, TOP, WIDTH, HEIGHT = 58.0, 30.0, 300.0, 150.0
-SUM = "total"  # the energy whose drift is told
+SUM = "total"  # energy whose drift is reported
 
 
 def energy_plates(findings: ReportSummary) -> str:

@@ -22,8 +22,8 @@ from softmark.records import dataclass
 BINS = 40
 LEFT, TOP, WIDTH, HEIGHT = 46.0, 30.0, 300.0, 130.0
 SAVED = 20_000  # samples in the CSV of one metric
-TINY = 30  # samples that make a histogram
-FAR = 4.0  # the common axis ends at so many times the median of what 99 % of each model's samples stay below
+TINY = 30  # least number of samples for a histogram
+FAR = 4.0  # the common axis ends at this multiple of the median of the 99th percentiles of all models
 LEAD = (
     "Number of points by error, with the same axes for all models. Vertical lines: median (dotted), mean (solid) and "
     "95th percentile (dashed)."

@@ -38,7 +38,10 @@ def section_of(findings: ReportSummary) -> str:
         if reference is None or reference.drawn is None:
             continue
         seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
-        same = (reference.name, *((n, tuple(c.y.tolist())) for n, c in seen.items()))  # other statistics
+        same = (
+            reference.name,
+            *((n, tuple(c.y.tolist())) for n, c in seen.items()),
+        )  # metrics with equal curves differ only in their statistic
         plates.setdefault(same, "")
         if seen and not plates[same]:
             plates[same] = _MeasuredCurve(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()

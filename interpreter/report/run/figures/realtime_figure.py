@@ -21,8 +21,8 @@ from softmark.records import dataclass
 TIMES = {"median_s": "Median", "p95_s": "95 %", "p99_s": "99 %", "worst_s": "Worst"}
 VERDICTS = {True: ("✓", "good", "real time"), False: ("✗", "bad", "not real time")}
 ROW, TOP, WIDTH, BOTTOM = 34.0, 34.0, 640.0, 50.0
-DOTS = 300  # frames of one model that are drawn; always the slowest
-Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
+DOTS = 300  # largest number of drawn frames of a model; the slowest are always drawn
+Judged = Mapping[str, MetricResult]  # model -> its result of a metric
 
 
 def section_of(findings: ReportSummary) -> str:
@@ -133,19 +133,23 @@ def _verdict(known: Mapping[str, Any]) -> str:
     """Return `yes` or `no` with the margin and the number of late frames, as HTML."""
     symbol, mood, words = VERDICTS[bool(known["verdict"])]
     sign = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
-    late = f"{known.get('missed', '–')} of {known.get('frames', '–')} late" if known.get("missed") else ""
+    late = f"{known.get('missed', '–')} of {known.get('frames', '–')} frames late" if known.get("missed") else ""
     return sign + tag("small", text(", ".join(part for part in (_margin(known), late) if part)))
 
 
 def _margin(known: Mapping[str, Any]) -> str:
-    """Return the margin as text, such as `13 % of 40 ms to spare` or `takes 2.6 times 10 ms`.
+    """Return the margin as text, such as `13 % of 40 ms left` or `takes 2.6 times the available 10 ms`.
 
     If the model can never be fast enough, the text gives the reason.
     """
     limit, margin = format_quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
-    return f"{100 * margin:.3g} % of {limit} to spare" if margin >= 0 else f"takes {1 - margin:.3g} times {limit}"
+    return (
+        f"{100 * margin:.3g} % of {limit} left"
+        if margin >= 0
+        else f"takes {1 - margin:.3g} times the available {limit}"
+    )
 
 
 def _seconds(value: float | None) -> str:

@@ -27,7 +27,7 @@ LEAD_NU = (
     "Models of one kind and size with several Poisson's ratios. A model that locks deviates as the ratio approaches "
     "0.5."
 )
-NOTABLE = 1.1  # an error that changes by less than this factor does not go anywhere
+NOTABLE = 1.1  # an error that changes by less than this factor counts as constant
 WIDTH, HEIGHT = 600.0, 330.0
 Families = Mapping[str, Mapping[str, float]]
 

@@ -25,7 +25,7 @@ from softmark.records import dataclass
 
 WIDTH, HEIGHT = 560.0, 260.0
 ROUNDING = 1e-6  # relative to the largest value; smaller differences are not drawn
-SEVERAL = 6  # states that a line of the terminal has
+SEVERAL = 6  # largest number of states in a terminal line
 
 
 def section_of(findings: ReportSummary) -> str:

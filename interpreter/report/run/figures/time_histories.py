@@ -20,8 +20,8 @@ from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
-DRAWN = 301  # moments of a curve
-SAVED = 8000  # rows of a CSV file
+DRAWN = 301  # largest number of times of a curve
+SAVED = 8000  # largest number of rows of a CSV file
 WIDTH, HEIGHT = 640.0, 300.0
 
 

@@ -6,7 +6,7 @@ from softmark.interpreter.report.page.html_markup import tag
 from softmark.records import dataclass
 
 WIDTH, HEIGHT, EDGE = 132.0, 18.0, 7.0
-REACH = 4.0  # times the longer side of the band: what is farther away stands at the edge, as an arrow
+REACH = 4.0  # multiple of the longer side of the band; values farther away are drawn as an arrow at the edge
 
 
 @dataclass(frozen=True)

@@ -9,25 +9,28 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.results.run_report import MetricResult, ModelResult, Report
 
-SEVERAL = 5  # names that a line lists
+SEVERAL = 5  # largest number of names listed in a line
 
 
 def error_statement(model: ModelResult) -> str | None:
-    """Return a phrase on the first metric, `states an error of at most 3 %`; None if no error was estimated."""
+    """Return a phrase on the first metric, `estimates an error of at most 3 %`; None if no error was estimated."""
     if not model.stated or has_no_estimate(model):
         return None
     first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
     said = model.stated[first]
     doubts = f" (with warnings: {', '.join(said.doubts)})" if said.doubts else ""
     if said.value is None:
-        return f"states no error of `{first}`: {said.reason or 'no reason given'}{doubts}"
+        return f"has no error estimate for `{first}`: {said.reason or 'no reason given'}{doubts}"
     found = model.metrics.get(first)
     value = amount(said.value, said.unit or "1", found.value if found else None)
-    return f"states an error of at most {value} in `{first}`{doubts}"
+    return f"estimates an error of at most {value} in `{first}`{doubts}"
 
 
 def amount(value: float, unit: str = "1", of: float | None = None) -> str:
-    """Return an error as text with two digits; it is raised to at least `DIGITS` times the value `of` of the metric."""
+    """Return an error as text with two digits.
+
+    It is raised to at least DIGITS times `of`, the value of the metric that has this error.
+    """
     shown: str = format_quantity(max(value, DIGITS * abs(of or 0.0)), unit, 2, percent=True)
     return shown
 
@@ -81,7 +84,7 @@ def models_without_estimate(report: Report) -> str | None:
         return None
     who = ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"
     return (
-        f"no error is stated for {who}: an estimate of the mesh error costs about as much as the solution; request "
+        f"no error estimate for {who}: an estimate of the mesh error costs about as much as the solution; request "
         f"it with `--stated`"
     )
 
@@ -94,6 +97,7 @@ def lines(report: Report) -> Iterator[str]:
         if alike[own] <= SEVERAL:
             yield f"{name} {own}"
         elif first[own] == name:
-            yield f"{alike[own]} models {own.replace('states', 'state', 1)}"
+            plural = own.replace("estimates", "estimate", 1).replace("has no", "have no", 1)
+            yield f"{alike[own]} models {plural}"
     if (quiet := models_without_estimate(report)) is not None:
         yield quiet

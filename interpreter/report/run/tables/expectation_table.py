@@ -30,7 +30,9 @@ def table_of(findings: ReportSummary) -> str:
         *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
     )
     met = sum(e.passed is True for e in judged)
-    caption = tag("caption", f"{met} of {count(len(judged), 'expectation')} met. Value: the left side, as computed.")
+    caption = tag(
+        "caption", f"{met} of {count(len(judged), 'expectation')} met. Value: computed left side of the comparison."
+    )
     table = tag(
         "table",
         caption,

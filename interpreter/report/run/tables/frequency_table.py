@@ -12,7 +12,7 @@ LEAD = (
     "Natural frequencies of small undamped vibrations about the equilibrium, lowest first. Mode shapes are not "
     "compared: if two frequencies are close, their order may differ between models."
 )
-WORD = "frequency"  # the metric that asks
+WORD = "frequency"  # constructor of the metric that requests frequencies
 MOST = 40  # modes that are shown
 NOTHING = "\N{EN DASH}"
 HERTZ: units.Dimension = units.raise_dimension(units.TIME, -1)

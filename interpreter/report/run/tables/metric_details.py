@@ -28,7 +28,10 @@ SHARES = ("relative", "ratio", "share", "margin", "fraction")
 
 
 def details_of(findings: ReportSummary) -> str:
-    """Return for each metric with details a table that opens on demand, and one CSV file with all details."""
+    """Return the HTML of a table of details for each metric that has any, and one CSV file with all details.
+
+    Each table opens on demand.
+    """
     tables = [_table(findings, m) for m in findings.metrics]
     found = [table for table in tables if table]
     return tag("div", *found, _csv(findings), class_="metric-details") if found else ""

@@ -26,7 +26,7 @@ LEAD = (
 )
 HEAD = ("Support", "Model", "Force", "Moment", "Note")
 NOTHING = "\N{EN DASH}"
-SEVERAL = 3  # names that a line lists
+SEVERAL = 3  # largest number of names listed in a line
 ROUNDING = 1e-8  # relative to the largest component: equations are solved to a tolerance
 LITTLE = 1e-3  # fraction of a force that is not visible with three digits
 
@@ -66,7 +66,7 @@ def _quote_names(names: Sequence[str]) -> str:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """Yield lines of text such as `wall carries 2.06 N in tet, hex, 2.12 N in rod`.
+    """Yield lines of text such as `reaction force of wall: 2.06 N in tet, hex; 2.12 N in rod`.
 
     Forces that agree to three digits are merged.
     """
@@ -80,7 +80,7 @@ def lines(report: Report) -> Iterator[str]:
                 alike.setdefault(format_force(force, 3, LITTLE), []).append(name)
         if alike:
             each = (f"{size} in {_name_models(names)}" for size, names in alike.items())
-            yield f"{support} carries {', '.join(each)}"
+            yield f"reaction force of {support}: {'; '.join(each)}"
 
 
 def _largest_force(model: ModelResult) -> float:

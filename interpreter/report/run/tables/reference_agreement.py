@@ -8,7 +8,7 @@ from typing import Any
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.run.report_summary import ReportSummary, kind_of_reference
 
-SEVERAL = 6  # names that a line lists
+SEVERAL = 6  # largest number of names listed in a line
 
 
 def lines(findings: ReportSummary) -> Iterator[str]:

@@ -21,7 +21,7 @@ from softmark.interpreter.report.run.report_bodies import BodyResults
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, Result, value_of
 from softmark.interpreter.results.run_report import ModelResult, ReferenceResult
 
-WIDE = 6  # a table with more metrics is set more tightly
+WIDE = 6  # a table with more metrics has narrower columns
 SYMBOLS = {
     "converged": ("✓", "good", "converged"),
     "capped": ("~", "quiet", "capped, steps unsolved"),
@@ -67,8 +67,8 @@ class Notes:
     """
 
     reasons: list[str] = field(default_factory=list)
-    within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
-    doubts: dict[str, None] = field(default_factory=dict)  # why what is taken as right may be no truth
+    within: dict[str, str] = field(default_factory=dict)  # metric -> uncertainty of its reference as text
+    doubts: dict[str, None] = field(default_factory=dict)  # reasons why a reference may not be valid
     linked: bool = True
 
     def _footnote_mark(self, sign: str, note: str, said: str) -> str:
@@ -258,7 +258,7 @@ class ResultsTable:
         if name == metric.model:
             return "this is the model that others are compared with"
         if metric.probe is None and isinstance(result, ReferenceResult):
-            return "only models have work" if metric.clock else "it does not provide this quantity"
+            return "only models have a computing time" if metric.clock else "it does not provide this quantity"
         if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
             return "no measured values at the points of this metric"
         if self.findings.report.partial:
@@ -316,7 +316,7 @@ def status_of(result: Result) -> str:
     if getattr(result, "inverted", 0):
         return tag("span", tag("span", "✗", aria_hidden="true"), " inverted cells", class_="status bad")
     said = f" {text(words)}"
-    if result.status == "converged":  # the usual: the sign is enough for those who see it
+    if result.status == "converged":  # the usual status: the symbol suffices, words are only for screen readers
         said = tag("span", said, class_="spoken")
     return tag("span", tag("span", symbol, aria_hidden="true"), said, class_=f"status {mood}")
 
@@ -346,7 +346,7 @@ def seconds(value: float) -> str:
     return tag("data", text(format_quantity(value, "s", 3)), value=repr(float(value)))
 
 
-def _small(markup: str) -> str:  # with a space: a notebook that is not trusted is shown without any style
+def _small(markup: str) -> str:  # with a space, because an untrusted notebook is shown without styles
     return " " + tag("small", markup) if markup else ""
 
 

@@ -21,7 +21,19 @@ _PIECE = re.compile(
     r"|[^\w#\".]+|."
 )
 KINDS = frozenset(
-    ("softmark", "scene", "use", "as", "param", "in", "expect", "and", "or", "not", *CATALOGUE)  # names of its tables
+    (
+        "softmark",
+        "scene",
+        "use",
+        "as",
+        "param",
+        "in",
+        "expect",
+        "and",
+        "or",
+        "not",
+        *CATALOGUE,
+    )  # reserved words, and all kinds of declarations
 )
 _UNIT_WORDS = re.compile(r"^(.*\d\.?)([ \t])(in|and|or|not|as)$")
 

@@ -37,26 +37,31 @@ def row_head(name: str) -> str:
 
 
 def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> str:
-    """Return the components of a force, N, as text with five digits; those below rounding errors are zero."""
+    """Return the components of a force, N, as text with five digits; round-off residues are zero.
+
+    A residue is at most `rounding` times the largest component, or times `largest`, N, if that is larger.
+    """
     most = max(largest, *(abs(c) for c in vector))
     return _components(vector, 5, rounding * most).replace("-", "\N{MINUS SIGN}")
 
 
 def _components(vector: Sequence[float], digits: int, nothing: float) -> str:
-    """Return the components of a force, N, as text; those of at most `nothing` are zero."""
+    """Return the components of a force, N, as text; components of at most `nothing`, N, are shown as zero."""
     return units.format_vector(
         [0.0 if abs(c) <= nothing else round_significant(c, digits) for c in vector], units.FORCE
     )
 
 
 def format_force(force: Sequence[float], digits: int, rounding: float) -> str:
-    """Return the magnitude of a force along an axis, N, as text; of other forces all components.
+    """Return a force, N, as text: its magnitude if it acts along a coordinate axis, else all its components.
 
-    Forces are oblique if only a symmetric part is modelled, for instance.
+    A force is oblique if only a symmetric part of a body is modelled, for instance. Components of at most `rounding`
+    times
+    the magnitude are shown as zero.
     """
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(
         max(map(abs, force)), digits
-    ):  # as for the value of a metric along the axis
+    ):  # the force acts along a coordinate axis
         return units.format_value(round_significant(size, digits), units.FORCE)
     return _components(force, digits, rounding * size)

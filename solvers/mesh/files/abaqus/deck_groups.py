@@ -30,11 +30,11 @@ SHELLS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 @dataclass(frozen=True)
 class Members:
-    """Members of a group of a deck.
+    """Members of a set or surface of a deck, as parts of its mesh.
 
-    These are cells (k,), faces (f, 2), corners of facets of elements that are not in the mesh, and the number of
-    foreign members. `nodes` (k, 2) are the nodes of a node set that does not consist of whole faces, each as a cell and
-    the node's number in the cell.
+    They are `cells` (k,), `faces` (f, 2) as cell and side number, and `nodes` (k, 2) as cell and node number in the
+    cell. A node set has `nodes` if it does not consist of whole faces. `corners` are the corners of facets that
+    elements outside the mesh, such as shells, define. `foreign` counts members that belong to no cell.
     """
 
     cells: Ints
@@ -57,7 +57,7 @@ def facets_of_labels(element: type[Element]) -> list[int]:
 
 @dataclass(frozen=True)
 class DeckGroups:
-    """Finds the members of the sets and surfaces of a deck among its cells (m, a) of one cell type."""
+    """Sets and surfaces of a deck, expressed by its cells (m, a) of one cell type."""
 
     deck: DeckMesh
     kind: str
@@ -65,7 +65,10 @@ class DeckGroups:
     element: type[Element]
 
     def named(self) -> dict[str, Members]:
-        """Return the members of each name; an element set or surface takes precedence over a node set of that name."""
+        """Return the members of all sets and surfaces by name.
+
+        An element set or surface takes precedence over a node set of the same name.
+        """
         found = {name: self._element_set_members(own) for name, _, own in self.deck.names("elements")}
         for name, _, rows in self.deck.surface_names():
             surface = self._surface_members(rows)
@@ -102,7 +105,7 @@ class DeckGroups:
         return Mesh(self.deck.points, self.cells, self.element.name).facets
 
     def _node_set_members(self, nodes: Ints) -> Members:
-        """Return the boundary faces with all corners in a set of nodes."""
+        """Return the members of a set of nodes: boundary faces if they contain all of the nodes, else the nodes."""
         chosen = np.zeros(len(self.deck.points), dtype=np.bool_)
         chosen[nodes] = True
         corners = self._boundary_facets[:, : self.element.facet.corners]

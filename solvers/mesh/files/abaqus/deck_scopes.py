@@ -74,7 +74,7 @@ class ElementBlock:
 
 @dataclass
 class Scope:
-    """All definitions of one part, one instance or the assembly, with the numbers used in this scope."""
+    """All definitions of one part, one instance or the assembly, by the numbers and names used there."""
 
     kind: Literal["assembly", "part", "instance"]
     name: str
@@ -90,13 +90,13 @@ class Scope:
         return self.nodes if kind == "nodes" else self.elements
 
     def define(self, kind: Kind, name: str, internal: bool = False) -> SetDefinition:
-        """Return the set with this name; create it if there is none."""
+        """Return the set of this kind and name; create it if there is none."""
         return self.sets(kind).setdefault(name.upper(), SetDefinition(name, internal))
 
     # -------------------------------------------------------------- cards
 
     def add_nodes(self, card: Card) -> Iterator[str]:
-        """Read a card *NODE; yield the options that are ignored. Raises DeckError."""
+        """Add the nodes of a card *NODE; yield the options that are ignored. Raises DeckError."""
         if "SYSTEM" in card.options and card.options["SYSTEM"].upper() not in ("", "R"):
             raise UnsupportedDeck(card.place, "*NODE, SYSTEM: its nodes are in cylindrical or spherical coordinates",
                                   "write the nodes in Cartesian coordinates")  # fmt: skip
@@ -115,7 +115,7 @@ class Scope:
         yield from card.unknown_options(NODE_OPTIONS | {"SYSTEM"})
 
     def add_elements(self, card: Card) -> Iterator[str]:
-        """Read a card *ELEMENT; yield the options that are ignored. Raises DeckError."""
+        """Add the elements of a card *ELEMENT; yield the options that are ignored. Raises DeckError."""
         kind = card.options.get("TYPE", "").upper()
         cell = cell_of(kind)
         nodes: Ints | None = None
@@ -140,7 +140,7 @@ class Scope:
         yield from card.unknown_options(ELEMENT_OPTIONS)
 
     def add_set(self, card: Card) -> Iterator[str]:
-        """Read a card *NSET or *ELSET; yield the options that are ignored. Raises DeckError."""
+        """Add the members of a card *NSET or *ELSET to its set; yield ignored options. Raises DeckError."""
         kind: Kind = "nodes" if card.keyword == "NSET" else "elements"
         name, instance = card.options.get(card.keyword, ""), card.options.get("INSTANCE", "")
         if not name:
@@ -165,7 +165,7 @@ class Scope:
         yield from unknown
 
     def add_surface(self, card: Card) -> str | None:
-        """Read a card *SURFACE; return why it is not supported, or None if it is. Raises DeckError."""
+        """Add the surface of a card *SURFACE; return why it is not supported, or None if it is. Raises DeckError."""
         name, kind = card.options.get("NAME", ""), card.options.get("TYPE", "ELEMENT").upper()
         if kind != "ELEMENT" or not name:
             return f"TYPE={kind} is not supported, only surfaces of elements" if name else "it has no name"
@@ -180,7 +180,7 @@ class Scope:
 
 
 def _element_words(card: Card, each: int) -> tuple[list[str], int]:
-    """Return the words of all elements, `each` words per element, and the number of ignored words.
+    """Return the words of all elements of a card, `each` words per element, and the number of ignored words.
 
     An element may continue on the next line. Words after the last node of an element on a line are ignored, as in
     CalculiX: the orientation node of a beam, or nodes of another element type. Raises DeckError.

@@ -17,10 +17,10 @@ from softmark.records import dataclass
 from softmark.safe_files import path_within, read_regular
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
-DEPTH = 10  # files that include each other
-REPEATED = 1 << 24  # bytes of files that are included once more
-FROM_FILES = frozenset({"NODE", "ELEMENT", "NSET", "ELSET"})  # whose data lines may be in the file that INPUT names
-SHORTEST = 3  # letters of an abbreviated option
+DEPTH = 10  # largest depth of nested included files
+REPEATED = 1 << 24  # largest number of bytes in files that are included again
+FROM_FILES = frozenset({"NODE", "ELEMENT", "NSET", "ELSET"})  # their data lines may be in the file that INPUT names
+SHORTEST = 3  # least number of letters of an abbreviated option
 _WHOLE = re.compile(r"[+-]?[0-9]{1,12}")
 _WORD = re.compile(r'(?:[^,"]|"[^"]*"?)+|(?<=,)(?=,)|^(?=,)|(?<=,)$')
 AGAIN = "export the deck again: it may be incomplete"
@@ -51,7 +51,7 @@ class Card:
     line: int
     options: dict[str, str] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
-    scope: Any = None  # the part, instance or assembly (deck_scopes.py) that it stands in, once a model has taken it
+    scope: Any = None  # the part, instance or assembly (deck_scopes.py) that contains it, if known
 
     @property
     def place(self) -> str:
@@ -108,7 +108,10 @@ def read_cards(path: Path) -> Iterator[Card]:
 
 
 def _with_input_lines(card: Card, source: _Source) -> Card:
-    """Return the card with the data lines of the file that its option INPUT names, if it has this option."""
+    """Return the card with the data lines of the file that its option INPUT names, if it has this option.
+
+    The card is changed in place.
+    """
     if card.keyword in FROM_FILES and "INPUT" in card.options:
         place = card.place
         inner = resolve_included(place, source.home, card.options.pop("INPUT"))
@@ -140,7 +143,11 @@ class _Source:
         self.repeated = 0
 
     def lines_of(self, path: Path, place: str = "", above: tuple[Path, ...] = ()) -> Iterator[tuple[str, int, str]]:
-        """Yield each line with its file and line number, without comments and blank lines. Raises DeckError."""
+        """Yield each line of a deck and its included files as text, line number and file name. Raises DeckError.
+
+        Comments and blank lines are left out. `place` is the line that includes the file, and `above` the including
+        files.
+        """
         file = path.resolve()
         if file in above or len(above) >= DEPTH:
             why = "it includes itself" if file in above else f"its files are nested more than {DEPTH} deep"

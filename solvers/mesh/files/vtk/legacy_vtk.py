@@ -81,7 +81,7 @@ class _Reader:
         self.arrays: dict[str, dict[str, Any]] = {"POINT_DATA": {}, "CELL_DATA": {}, "": {}}
 
     def file(self) -> File:
-        """Return the whole file. Raises Malformed, ValueError."""
+        """Return the contents of the whole file. Raises MalformedMeshFile, ValueError."""
         self._read_sections()
         if self.points is None:
             raise MalformedMeshFile("it has no POINTS")
@@ -128,7 +128,11 @@ class _Reader:
                 self._read_attribute(key, words, where, count)
 
     def _read_attribute(self, key: str, words: list[str], where: str, count: int) -> None:
-        """Read one array of points or cells. Raises Malformed."""
+        """Read one array of points or cells. Raises MalformedMeshFile.
+
+        `key` and `words` are its keyword and header line, `where` is POINT_DATA or CELL_DATA, and `count` its number of
+        rows.
+        """
         if key == "COLOR_SCALARS":
             self._read_numbers(int(words[2]) * count, "float" if self.text else "unsigned_char")
             return
@@ -147,7 +151,7 @@ class _Reader:
 
     def _read_field(self, where: str) -> None:
         words = self._next_line().split()
-        if words[0].upper() == "METADATA":  # of the array before
+        if words[0].upper() == "METADATA":  # belongs to the previous array
             while self._next_line(blank=True).strip():
                 pass
             words = self._next_line().split()
@@ -161,7 +165,7 @@ class _Reader:
         shaped = values.reshape(count, -1) if count else values
         self.arrays[where][unquote(name)] = shaped[:, 0] if shaped.ndim == 2 and shaped.shape[1] == 1 else shaped
 
-    # ------------------------------------------------------------------ words
+    # ------------------------------------------------------------------ lines and numbers
 
     def _next_line(self, blank: bool = False) -> str:
         """Return the next line that is not empty; with `blank`, the next line even if it is empty."""
@@ -175,7 +179,7 @@ class _Reader:
         return ""
 
     def _read_numbers(self, count: int, kind: str) -> Any:
-        """Return the next `count` numbers. Raises Malformed, ValueError."""
+        """Return the next `count` numbers of the VTK type `kind`. Raises MalformedMeshFile, ValueError."""
         code = TYPES.get(kind.lower())
         if code is None:
             raise MalformedMeshFile(f"`{kind[:40]}` is not a known number type")
@@ -299,7 +303,7 @@ class _Reader:
             turns = np.array([(i, i + 1, i + 2) if i % 2 == 0 else (i + 1, i, i + 2) for i in range(size - 2)])
             yield "triangle", cells[:, turns].reshape(-1, 3), np.repeat(every, size - 2)
         elif kind in (LINE, POINTS):
-            wide = 2 if kind == LINE else 1  # the first of a polyline or a list of points: no solid has them
+            wide = 2 if kind == LINE else 1  # only the first line or point is kept: no solid uses it
             yield ("line" if kind == LINE else "vertex"), cells[:, :wide], every
         else:
             kind, order = BRICKS.get(kind, (LAGRANGE.get((kind, size), kind), tuple(range(size))))

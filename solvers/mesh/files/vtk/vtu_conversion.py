@@ -23,7 +23,7 @@ def is_vtu(data: bytes) -> bool:
 
 
 def inline_arrays(data: bytes) -> bytes:
-    """Return the file of an unstructured grid with all numeric arrays inline and no others.
+    """Return the VTU file of an unstructured grid with all numeric arrays inline and without text arrays.
 
     Raises MalformedMeshFile.
     """
