@@ -7,6 +7,7 @@ result is a law of the in-plane motion, with the energy of the solid at that str
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
@@ -82,13 +83,31 @@ class PlaneStress:
         The stretch is NaN if there is none. It is found by Newton's method; each step changes it by at most a factor of
         ten.
         """
+        known = self._last_opened.get("F")
+        if known is not None and np.array_equal(known[0], F):
+            return known[1].copy()
+        found = self._open(F)
+        self._last_opened["F"] = F.copy(), found.copy()
+        return found
+
+    @cached_property
+    def _last_opened(self) -> dict[str, tuple[Array, Array]]:
+        """Cache of the last F and its result: energy, stress and tangent of a state need the same stretches."""
+        return {}
+
+    def _open(self, F: Array) -> Array:
+        """Compute the result of `opened`."""
         F = F.copy()
         F[:, 2, 2] = self._initial_thickness_stretch(F)
         left = np.arange(len(F))
         with np.errstate(all="ignore"):
+            planar = _planar_log_stretches(F) if hasattr(self.solid, "principal") else None
             for _ in range(ITERATIONS):
-                some, s = F[left], F[left, 2, 2]
-                stress, slope = self._transverse_stress_and_stiffness(self._solid_at_points(left), some)
+                solid, s = self._solid_at_points(left), F[left, 2, 2]
+                if planar is not None and not isinstance(solid, TwoInvariantLaw):
+                    stress, slope = _principal_transverse_stress(solid, [e[left] for e in planar], s)
+                else:
+                    stress, slope = self._transverse_stress_and_stiffness(solid, F[left])
                 step = -stress / slope
                 F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
                 left = left[~(np.abs(step) <= ROUNDING * s)]
@@ -164,6 +183,23 @@ class PlaneStress:
     def dPdF_projected(self, F: Array) -> Array:
         """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
         return project(self.dPdF(F))
+
+
+def _planar_log_stretches(F: Array) -> tuple[Array, Array]:
+    """Return the logarithms of both principal stretches in the plane (m,), of F (m, 3, 3)."""
+    h = F[:, :2, :2] - np.eye(2, dtype=F.dtype)
+    E = h + h.swapaxes(1, 2) + h.swapaxes(1, 2) @ h  # F^T F - 1
+    mean, half = 0.5 * (E[:, 0, 0] + E[:, 1, 1]), np.hypot(0.5 * (E[:, 0, 0] - E[:, 1, 1]), E[:, 0, 1])
+    return 0.5 * np.log1p(mean + half), 0.5 * np.log1p(mean - half)
+
+
+def _principal_transverse_stress(solid: Any, planar: list[Array], s: Array) -> tuple[Array, Array]:
+    """Return P33 = tau_3 / s and dP33/dF33 (m,), Pa, of an isotropic law at a thickness stretch s (m,).
+
+    `planar` are the logarithms of the other two principal stretches (m,).
+    """
+    _, tau, bent = solid.principal([*planar, np.log(s)])
+    return tau[2] / s, (bent[2][2] - tau[2]) / (s * s)
 
 
 def thickness(law: Law, F: Array) -> Array:
