@@ -73,7 +73,7 @@ PREFIXES: dict[str, float] = {
 
 # names of dimensions, and their usual units
 NAMES: dict[Dimension, tuple[str, str]] = {
-    NONE: ("a plain number", "% or without a unit"),
+    NONE: ("a plain number", "% or no unit"),
     LENGTH: ("a length", "m, cm, mm or µm"),
     MASS: ("a mass", "kg or g"),
     TIME: ("a time", "s or ms"),

@@ -152,5 +152,5 @@ def test_stress_says_why_a_value_cannot_judge() -> None:
         "metric miss = value_error(sag, against = paper)\n"
     ).scene
     told = no_judge_error(scene, None, "all")
-    assert "`paper` was measured for this body, and does not hold for other values" in told.message
+    assert "`paper` was measured for this body and is not valid for varied parameters" in told.message
     assert "reference such as `reference theory = simo_reissner(BODY)`" in told.help
