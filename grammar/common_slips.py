@@ -54,7 +54,7 @@ class Slip:
     second: int | None = None  # start of another declaration on the same line
 
     @property
-    def found(self) -> Token:
+    def unexpected_token(self) -> Token:
         """Unexpected token."""
         return self.tokens[self.index]
 
@@ -69,7 +69,7 @@ class Slip:
         return self.tokens[place].text if 0 <= place < len(self.tokens) else ""
 
     @cached_property
-    def accepts(self) -> frozenset[str]:
+    def accepted_kinds(self) -> frozenset[str]:
         """Kinds of token that the parser would have accepted."""
         return acceptable_kinds(load(), self.tokens[: self.index], self.start)
 
@@ -97,11 +97,11 @@ class Slip:
         return f"expected {self._describe_accepted_tokens()}{after}"
 
     def _describe_accepted_tokens(self) -> str:
-        if "NUMBER" in self.accepts:
-            return "a version number" if self.accepts == {"NUMBER"} else "a value"
+        if "NUMBER" in self.accepted_kinds:
+            return "a version number" if self.accepted_kinds == {"NUMBER"} else "a value"
         kinds = ["COMMA", "RPAR", "RSQB", "EQUAL", "AS", "RANGE", "STRING", "NAME", END]
-        wanted = [self._describe_kind(kind) for kind in kinds if kind in self.accepts]
-        if END in self.accepts:
+        wanted = [self._describe_kind(kind) for kind in kinds if kind in self.accepted_kinds]
+        if END in self.accepted_kinds:
             wanted.insert(0, "an operator")
         return f"{', '.join(wanted[:-1])} or {wanted[-1]}" if len(wanted) > 1 else wanted[0]
 
@@ -111,7 +111,7 @@ class Slip:
         literal = next((t.literal for t in load().terminals if t.name == kind), "")
         return f"`{literal}`" if literal else WORDS_FOR[kind]
 
-    def say(
+    def make_diagnostic(
         self, code: str, message: str = "", help: str | Remedy = "", label: str = "", at: Token | None = None
     ) -> Diagnostic:
         """Return a diagnostic at the unexpected token, or at the token `at`.
@@ -119,7 +119,7 @@ class Slip:
         By default its message names the expected tokens and the token found.
         """
         message, remedy = message or f"{self.expected}, found {self.shown}", as_remedy(help)
-        return Diagnostic(code, message, self.source, (at or self.found).span, label, remedy.help, fix=remedy.fix)
+        return Diagnostic(code, message, self.source, (at or self.unexpected_token).span, label, remedy.help, fix=remedy.fix)
 
     def before(self, text: str, offset: int = 0) -> Fix:
         """Return a fix that inserts text before the token `offset` positions after the unexpected one."""
@@ -138,9 +138,9 @@ class Slip:
     @property
     def shown(self) -> str:
         """Description of the unexpected token for messages."""
-        if self.found.kind == END:
+        if self.unexpected_token.kind == END:
             return self._describe_kind(END)
-        return _show(self.found)
+        return _show(self.unexpected_token)
 
 
 def _show(token: Token) -> str:
@@ -163,37 +163,37 @@ def _report_second_declaration(slip: Slip) -> Diagnostic | None:
         return None
     at = slip.tokens[slip.second]
     remedy = Remedy(f"start a new line before `{at.text}`", slip.before("\n", slip.second - slip.index))
-    return slip.say("E115", "a second declaration on one line", remedy, at=at)
+    return slip.make_diagnostic("E115", "a second declaration on one line", remedy, at=at)
 
 
 def _report_junk(slip: Slip) -> Diagnostic | None:
-    text = slip.found.text
-    match slip.found.kind:
+    text = slip.unexpected_token.text
+    match slip.unexpected_token.kind:
         case "UNCLOSED_STRING":
-            return slip.say("E103", "the text is not closed", 'close the text with `"` on the line on which it starts')
+            return slip.make_diagnostic("E103", "the text is not closed", 'close the text with `"` on the line on which it starts')
         case "SEMICOLON":
-            return slip.say(
+            return slip.make_diagnostic(
                 "E107", "a declaration ends at the end of its line, without `;`", Remedy("remove the `;`", Fix(""))
             )
         case "SLASHES" | "BLOCK_COMMENT":
             remedy = Remedy("write `# ...`", _comment_fix(slip))
-            return slip.say("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
+            return slip.make_diagnostic("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
         case "SINGLE_QUOTED":
-            return slip.say("E109", "a text must be in double quotes", write(f'"{text.strip(chr(39))}"'))
+            return slip.make_diagnostic("E109", "a text must be in double quotes", write(f'"{text.strip(chr(39))}"'))
         case "LBRACE" | "RBRACE":
             help = "write fields in a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
-            return slip.say("E112", f"blocks in braces do not exist, found `{text}`", help)
+            return slip.make_diagnostic("E112", f"blocks in braces do not exist, found `{text}`", help)
         case "FOREIGN_WORD":
             help = "use the letters A to Z, a to z, digits and `_` in names"
-            return slip.say("E130", f"`{text[:30]}` is not a name", help)
+            return slip.make_diagnostic("E130", f"`{text[:30]}` is not a name", help)
         case "ILLEGAL":
-            return slip.say("E102", f"unexpected {_describe_character(text)}", _replace_lookalike(slip))
+            return slip.make_diagnostic("E102", f"unexpected {_describe_character(text)}", _replace_lookalike(slip))
     return None
 
 
 def _comment_fix(slip: Slip) -> Fix | None:
     """Return the fix that rewrites a comment of another language at the end of its line, or None."""
-    text, end = slip.found.text, slip.found.end
+    text, end = slip.unexpected_token.text, slip.unexpected_token.end
     if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end : end + FAR]):
         return None
     return Fix(f"# {text[2:].removesuffix('*/').strip()}")
@@ -201,7 +201,7 @@ def _comment_fix(slip: Slip) -> Fix | None:
 
 def _replace_lookalike(slip: Slip) -> str | Remedy:
     """Return the replacement of a look-alike character; for quotes, the other quote is replaced as well."""
-    found = slip.found
+    found = slip.unexpected_token
     instead = LOOKALIKES.get(found.text, "")
     if instead != '"':
         return write(instead) if instead else ""
@@ -231,75 +231,75 @@ def _report_foreign_word(slip: Slip) -> Diagnostic | None:
 def _report_unclosed_bracket(slip: Slip) -> Diagnostic | None:
     if not slip.brackets or not slip.chunk.unclosed:
         return None
-    starts_line = slip.found.line != slip.tokens[slip.index - 1].line
-    if slip.found.kind != END and not starts_line:
+    starts_line = slip.unexpected_token.line != slip.tokens[slip.index - 1].line
+    if slip.unexpected_token.kind != END and not starts_line:
         return None
     opening = slip.tokens[slip.brackets[-1]]
     closings = {"LPAR": ")", "LSQB": "]"}
     missing = "".join(closings.get(slip.tokens[place].kind, "}") for place in reversed(slip.brackets))
     remedy = Remedy(f"add the `{closings.get(opening.kind, '}')}`", slip.after(missing, slip.index - 1))
-    return slip.say("E104", f"`{opening.text}` is not closed", remedy, "opened here", opening)
+    return slip.make_diagnostic("E104", f"`{opening.text}` is not closed", remedy, "opened here", opening)
 
 
 def _report_wrong_closing_bracket(slip: Slip) -> Diagnostic | None:
-    found = slip.found
+    found = slip.unexpected_token
     if found.kind not in CLOSERS:
         return None
     if not slip.brackets:
         remedy = Remedy(f"remove the `{found.text}`, or add its opening bracket", Fix(""))
-        return slip.say("E105", f"`{found.text}` has no opening bracket", remedy)
+        return slip.make_diagnostic("E105", f"`{found.text}` has no opening bracket", remedy)
     opening = slip.tokens[slip.brackets[-1]]
     if OPENERS[opening.kind] == found.kind:
         return None
     message = f"`{opening.text}` of line {opening.line} is closed by `{found.text}`"
-    return slip.say(
+    return slip.make_diagnostic(
         "E104", message, "close the brackets in the order in which they were opened, each with its own kind"
     )
 
 
 def _report_too_few_items(slip: Slip) -> Diagnostic | None:
-    if slip.found.kind != "RPAR" or slip.in_call:
+    if slip.unexpected_token.kind != "RPAR" or slip.in_call:
         return None
     if slip.kind(-1) == "COMMA":
-        return slip.say("E126", "a vector needs at least two items", "write a list, which may have one item: `[1] mm`")
+        return slip.make_diagnostic("E126", "a vector needs at least two items", "write a list, which may have one item: `[1] mm`")
     if slip.kind(-1) == "LPAR":
-        return slip.say("E126", "the brackets are empty", "write items, or an empty list: `[]`")
+        return slip.make_diagnostic("E126", "the brackets are empty", "write items, or an empty list: `[]`")
     return None
 
 
 def _report_misplaced_comma(slip: Slip) -> Diagnostic | None:
-    if slip.found.kind != "COMMA" or "NUMBER" in slip.accepts:
+    if slip.unexpected_token.kind != "COMMA" or "NUMBER" in slip.accepted_kinds:
         return None
-    if slip.kind(-1) == slip.kind(1) == "NUMBER" and slip.found.end == slip.tokens[slip.index + 1].start:
+    if slip.kind(-1) == slip.kind(1) == "NUMBER" and slip.unexpected_token.end == slip.tokens[slip.index + 1].start:
         number = f"{slip.text(-1)}.{slip.text(1)}"
-        return slip.say("E113", "the decimal sign is a point", Remedy(f"write `{number}`", slip.over(number, -1, 1)))
-    if slip.brackets or END not in slip.accepts:
+        return slip.make_diagnostic("E113", "the decimal sign is a point", Remedy(f"write `{number}`", slip.over(number, -1, 1)))
+    if slip.brackets or END not in slip.accepted_kinds:
         return None
     at_end = slip.kind(1) == END
     message = "a declaration ends without a comma" if at_end else "a comma is allowed only inside brackets"
     remedy = Remedy("remove the `,`", Fix("")) if at_end else "write one declaration for each"
-    return slip.say("E111", message, remedy)
+    return slip.make_diagnostic("E111", message, remedy)
 
 
 def _report_missing_equals(slip: Slip) -> Diagnostic | None:
     """Report a token in the place of a required `=`."""
-    if "EQUAL" not in slip.accepts or not (_names_declaration(slip) or _names_argument(slip)):
+    if "EQUAL" not in slip.accepted_kinds or not (_names_declaration(slip) or _names_argument(slip)):
         return None
     name, text = slip.text(-1), slip.text(0)
     message = f"expected `=` after `{name}`, found {slip.shown}"
     if _names_declaration(slip) and slip.text(-2) in PROGRAMS:
-        return slip.say(
+        return slip.make_diagnostic(
             "E106",
             message,
             "a scene has declarations, not statements; to vary a value, write `study NAME = sweep(...)`",
         )
     if text in (":", ":=", "=="):
-        return slip.say("E106", message, Remedy(f"write `{name} = ...`", Fix("=")))
-    if _names_declaration(slip) and slip.found.kind != "LBRACE":
-        return slip.say("E106", message, Remedy(f"write `{slip.text(-2)} {name} = ...`", slip.before("= ")))
-    if slip.found.kind in ("NUMBER", "STRING", "LSQB"):
-        shown = f"{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}"
-        return slip.say("E106", message, Remedy(f"write `{shown}`", slip.before("= ")))
+        return slip.make_diagnostic("E106", message, Remedy(f"write `{name} = ...`", Fix("=")))
+    if _names_declaration(slip) and slip.unexpected_token.kind != "LBRACE":
+        return slip.make_diagnostic("E106", message, Remedy(f"write `{slip.text(-2)} {name} = ...`", slip.before("= ")))
+    if slip.unexpected_token.kind in ("NUMBER", "STRING", "LSQB"):
+        shown = f"{name} = {text}{' ...' if slip.unexpected_token.kind == 'LSQB' else ''}"
+        return slip.make_diagnostic("E106", message, Remedy(f"write `{shown}`", slip.before("= ")))
     return None
 
 
@@ -320,19 +320,19 @@ def _report_foreign_operator(slip: Slip) -> Diagnostic | None:
             text = first.text + second.text
             if text in instead and first.end == second.start:
                 remedy = Remedy(f"write `{instead[text]}`", Fix(instead[text], span_between(first.span, second.span)))
-                return slip.say("E101", f"there is no operator `{text}`", remedy, at=first)
+                return slip.make_diagnostic("E101", f"there is no operator `{text}`", remedy, at=first)
     return None
 
 
 def _report_single_equals(slip: Slip) -> Diagnostic | None:
     """Report a single `=` after a complete expression."""
-    if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
+    if slip.unexpected_token.kind != "EQUAL" or "COMPARE" not in slip.accepted_kinds:
         return None
     if slip.in_call:
         return _report_equals_in_argument(slip)
     if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
-        return slip.say("E101", help="write named values in a call: `cylinder(length = 3 mm)`")
-    return slip.say("E117", "`=` assigns a value; to compare, write `==`", write("=="))
+        return slip.make_diagnostic("E101", help="write named values in a call: `cylinder(length = 3 mm)`")
+    return slip.make_diagnostic("E117", "`=` assigns a value; to compare, write `==`", write("=="))
 
 
 def _report_equals_in_argument(slip: Slip) -> Diagnostic | None:
@@ -346,22 +346,22 @@ def _report_equals_in_argument(slip: Slip) -> Diagnostic | None:
     if own[:2] != ["NAME", "EQUAL"] or slip.kind(-1) != "NAME" or slip.kind(-2) in VALUES | CLOSERS:
         return None  # `f(a = 1 b = 2)`: a comma is missing
     remedy = write("==", ", or `<=` or `>=` to select a region")
-    return slip.say("E117", "`=` assigns a value; to compare, write `==`", remedy)
+    return slip.make_diagnostic("E117", "`=` assigns a value; to compare, write `==`", remedy)
 
 
 def _report_reserved_word(slip: Slip) -> Diagnostic | None:
-    found = slip.found
-    if found.text not in reserved_words() or "NAME" not in slip.accepts or not slip.index:
+    found = slip.unexpected_token
+    if found.text not in reserved_words() or "NAME" not in slip.accepted_kinds or not slip.index:
         return None
-    if "NUMBER" in slip.accepts and found.kind not in WORDS and slip.kind(1) != "EQUAL":
+    if "NUMBER" in slip.accepted_kinds and found.kind not in WORDS and slip.kind(1) != "EQUAL":
         return None
     help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in sorted(reserved_words()))}"
-    return slip.say("E114", f"`{found.text}` is a reserved word", help)
+    return slip.make_diagnostic("E114", f"`{found.text}` is a reserved word", help)
 
 
 def _report_unjoined_unit(slip: Slip) -> Diagnostic | None:
     """Report a unit whose factors are not joined by `*`, such as `1000 kg m^-3`."""
-    before, found = slip.kind(-1), slip.found
+    before, found = slip.kind(-1), slip.unexpected_token
     if before != "UNIT" or found.kind != "NAME" or found.line != slip.tokens[slip.index - 1].line:
         return None
     rest = [found.text]
@@ -372,31 +372,31 @@ def _report_unjoined_unit(slip: Slip) -> Diagnostic | None:
     if slip.kind(1) in ("EQUAL", "LPAR") or found.text in reserved_words() or (slip.brackets and len(rest) == 1):
         return None
     unit, last = f"{slip.text(-1)}*{''.join(rest)}", len(rest) - 1
-    return slip.say("E101", help=Remedy(f"join units with `*`: `{unit}`", slip.over(unit, -1, last)))
+    return slip.make_diagnostic("E101", help=Remedy(f"join units with `*`: `{unit}`", slip.over(unit, -1, last)))
 
 
 def _report_missing_comma(slip: Slip) -> Diagnostic | None:
     place = slip.index
-    if slip.in_call and slip.found.kind == "EQUAL" and slip.kind(-1) == "UNIT":
+    if slip.in_call and slip.unexpected_token.kind == "EQUAL" and slip.kind(-1) == "UNIT":
         place -= 1  # `f(x = 3 y = 4)`: `y` was taken for a unit
-    elif "COMMA" not in slip.accepts or slip.found.kind not in VALUES or _is_unit(slip):
+    elif "COMMA" not in slip.accepted_kinds or slip.unexpected_token.kind not in VALUES or _is_unit(slip):
         return None
     at = slip.tokens[place]
     message = f"expected `,` between {_show(slip.tokens[place - 1])} and `{at.text}`"
     remedy = Remedy("", slip.after(",", place - 1))
-    return slip.say("E110", message, remedy, "`,` is missing before this", at)
+    return slip.make_diagnostic("E110", message, remedy, "`,` is missing before this", at)
 
 
 def _is_unit(slip: Slip) -> bool:
-    return slip.found.kind == "UNIT" and slip.kind(1) != "EQUAL"
+    return slip.unexpected_token.kind == "UNIT" and slip.kind(1) != "EQUAL"
 
 
 def _report_misplaced_unit(slip: Slip) -> Diagnostic | None:
-    if slip.found.kind != "UNIT":
+    if slip.unexpected_token.kind != "UNIT":
         return None
     factor = f"* 1 {slip.text(0)}"
     message = "a unit must follow a number, a vector or a list; here it follows a call or a group"
-    return slip.say("E118", message, Remedy(f"multiply: `{factor}`", Fix(factor)))
+    return slip.make_diagnostic("E118", message, Remedy(f"multiply: `{factor}`", Fix(factor)))
 
 
 def _report_declaration_start(slip: Slip) -> Diagnostic | None:
@@ -405,33 +405,33 @@ def _report_declaration_start(slip: Slip) -> Diagnostic | None:
         return None
     if slip.index == 0:
         help = f"{SHAPE}; it continues on the next line only inside brackets or after an operator"
-        return slip.say("E128", f"a declaration cannot start with {slip.shown}", help)
-    if slip.accepts != {"NAME"}:
+        return slip.make_diagnostic("E128", f"a declaration cannot start with {slip.shown}", help)
+    if slip.accepted_kinds != {"NAME"}:
         return None
     if slip.kind(0) == "PATH":
-        return slip.say("E128", help="a declared name must not contain dots")
+        return slip.make_diagnostic("E128", help="a declared name must not contain dots")
     if slip.kind(-1) == "PARAM":
-        return slip.say("E128", help="write a parameter as `param name = value`")
+        return slip.make_diagnostic("E128", help="write a parameter as `param name = value`")
     if slip.kind(0) == "LPAR":
-        return slip.say("E128", help=f"give it a kind and a name: `kind name = {slip.text(-1)}(...)`")
-    return slip.say("E128", help=f"{SHAPE}; for a quantity, `param {slip.text(-1)} = ...`")
+        return slip.make_diagnostic("E128", help=f"give it a kind and a name: `kind name = {slip.text(-1)}(...)`")
+    return slip.make_diagnostic("E128", help=f"{SHAPE}; for a quantity, `param {slip.text(-1)} = ...`")
 
 
 def _report_missing_value(slip: Slip) -> Diagnostic | None:
-    return slip.say("E129") if "NUMBER" in slip.accepts else None
+    return slip.make_diagnostic("E129") if "NUMBER" in slip.accepted_kinds else None
 
 
 def _report_text(slip: Slip) -> Diagnostic | None:
     """Report errors in the path of a `use`, in the title of a `scene`, and in words after them."""
-    if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
-        return slip.say("E101", help=write(f'"{slip.text(0)}"'))
-    if slip.accepts == {"AS"}:
-        return slip.say("E101", help=f"write `use {slip.text(-1)} as name`")
+    if slip.accepted_kinds == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
+        return slip.make_diagnostic("E101", help=write(f'"{slip.text(0)}"'))
+    if slip.accepted_kinds == {"AS"}:
+        return slip.make_diagnostic("E101", help=f"write `use {slip.text(-1)} as name`")
     return None
 
 
 def _report_unexpected_token(slip: Slip) -> Diagnostic:
-    return slip.say("E101")
+    return slip.make_diagnostic("E101")
 
 
 Check = Callable[[Slip], Diagnostic | None]

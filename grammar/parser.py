@@ -107,7 +107,7 @@ class _Parser:
         self._build.problems.clear()
         tree = run(load(), self._build.methods, tokens, self.start)
         if isinstance(tree, Unexpected):
-            return None, self._unexpected(chunk, tokens, tree.index)
+            return None, self._report_unexpected(chunk, tokens, tree.index)
         if len(tokens) > input_limits.MAX_DEPTH:
             self._build.note(input_limits.report_deep_nesting(self.source, tree))
         if self._build.problems:
@@ -121,7 +121,7 @@ class _Parser:
             _parsed[key] = tree
         return tree, None
 
-    def _unexpected(self, chunk: Chunk, tokens: list[Token], index: int) -> Chunk | None:
+    def _report_unexpected(self, chunk: Chunk, tokens: list[Token], index: int) -> Chunk | None:
         """Report the unexpected token, and return the remaining chunk if a second declaration starts there."""
         second = common_slips.second_declaration(tokens, index) if self.start == "declaration" else None
         slip = common_slips.Slip(self.source, chunk, tokens, index, self.start, second)

@@ -58,7 +58,7 @@ class Consensus(GivenValues):
             off = self.amounts("spread")
             bands = [(v - u, v + u) for v, u in zip(values, off, strict=True)]
         else:
-            bands = list(zip(self.chosen("low"), self.chosen("high"), strict=True))
+            bands = list(zip(self.entries_per_value("low"), self.entries_per_value("high"), strict=True))
         return tuple(
             KnownValue(v, max(v - low, high - v), self.source_, (low, high), self.codes)
             for v, (low, high) in zip(values, bands, strict=True)
@@ -88,14 +88,14 @@ class ConsensusCurve(CurveFromFile):
     error_meaning: ClassVar[str] = "difference between codes, in the unit of y, as stated in the scene"
 
     @property
-    def agreed(self) -> int:
+    def code_count(self) -> int:
         """Number of codes in the consensus."""
         return self.codes or self.repeats
 
     @property
-    def beside_y(self) -> tuple[str, ...]:
+    def uncertainty_columns(self) -> tuple[str, ...]:
         """Names of the table columns that give the band around y."""
-        return (*super().beside_y, *(name for name in (self.low, self.high) if name))
+        return (*super().uncertainty_columns, *(name for name in (self.low, self.high) if name))
 
     def load(self, beside: Path | None = None) -> MeasuredCurve:
         """Return the curve in SI, with its band. Raises Unreadable."""
@@ -108,10 +108,10 @@ class ConsensusCurve(CurveFromFile):
             ends.append(np.interp(found.x, one.sorted[0], one.sorted[1]))
         return replace(found, band=(ends[0], ends[1]))
 
-    def _uncertain(self, table: Columns, name: str) -> list[float]:
+    def _value_uncertainties(self, table: Columns, name: str) -> list[float]:
         """Return for each value the distance to the farther end of its band, SI. Raises Unreadable."""
         if not (self.low and self.high):
-            return super()._uncertain(table, name)
+            return super()._value_uncertainties(table, name)
         rows = list(zip(table.numbers[self.low], table.numbers[name], table.numbers[self.high], strict=True))
         at = next((i for i, (low, y, high) in enumerate(rows) if not low <= y <= high), None)
         if at is not None:

@@ -65,7 +65,7 @@ class DrainingLayer:
     amount: float  # Pa, or of the height
     driven: Amplitude
 
-    def loss(self, J: Array) -> Array:
+    def consolidation_coefficient(self, J: Array) -> Array:
         """Return the consolidation coefficient k P' / (J h^2) at stretches J (n,), 1/s."""
         found: Array = self.permeability.at(J) * self.skeleton.slope(J) / (J * self.height**2)
         return found
@@ -76,7 +76,7 @@ class DrainingLayer:
         moved = self.skeleton.stretch(self.amount) - 1.0 if self.force else self.amount
         return min(1.0, abs(moved)) or 1.0
 
-    def at_end(self, t: float) -> float:
+    def end_condition(self, t: float) -> float:
         """Return the displacement of the open end at time t, s, or its stretch if a force is prescribed."""
         share = self.amount * self.driven.left(0.0, t)
         return self.skeleton.stretch(share) if self.force else share
@@ -117,7 +117,7 @@ class CollocatedLayer:
     def whole(self, t: float, inner: Array) -> Array:
         """Return the displacements u (n,) at all points at time t, s, from those between the ends, `inner`."""
         _, D, _ = self._collocation_matrices
-        end = self.layer.at_end(t)
+        end = self.layer.end_condition(t)
         if self.layer.force:  # u_Y there is given
             end = (end - 1.0 - float(D[-1, 1:-1] @ inner)) / D[-1, -1]
         return np.concatenate([[0.0], inner, [end]])
@@ -126,7 +126,7 @@ class CollocatedLayer:
         """Return the rate of displacement u_t between the ends (n - 2,), 1/s."""
         _, D, D2 = self._collocation_matrices
         u = self.whole(t, inner)
-        found: Array = (self.layer.loss(1.0 + D @ u) * (D2 @ u))[1:-1]
+        found: Array = (self.layer.consolidation_coefficient(1.0 + D @ u) * (D2 @ u))[1:-1]
         return found
 
     def jacobian(self, t: float, inner: Array) -> Array:
@@ -135,8 +135,8 @@ class CollocatedLayer:
         u = self.whole(t, inner)
         J = 1.0 + D @ u
         h = 1e-6
-        steeper = (self.layer.loss(J + h) - self.layer.loss(J - h)) / (2.0 * h)
-        by_u = self.layer.loss(J)[:, None] * D2 + (steeper * (D2 @ u))[:, None] * D
+        steeper = (self.layer.consolidation_coefficient(J + h) - self.layer.consolidation_coefficient(J - h)) / (2.0 * h)
+        by_u = self.layer.consolidation_coefficient(J)[:, None] * D2 + (steeper * (D2 @ u))[:, None] * D
         found: Array = by_u[1:-1, 1:-1].copy()
         if self.layer.force:
             found -= np.outer(by_u[1:-1, -1], D[-1, 1:-1] / D[-1, -1])
@@ -227,7 +227,7 @@ class PressedColumn(ConfinedColumn):
         """Layer that is solved: the whole column, or one of two equal halves."""
         amount = self.amount if self.force else self.amount / self.length
         course = Amplitude(tuple(self.driven.jumps), tuple(self.driven.swings))  # that solutions are remembered by
-        return DrainingLayer(self.way, self.skeleton, self.permeability, self.force, amount, course)
+        return DrainingLayer(self.longest_drainage_path, self.skeleton, self.permeability, self.force, amount, course)
 
     def profile(self, which: int = 1) -> Profile:
         """Return the present displacements from the coarser (`which` = 0) or the finer solution (1)."""
@@ -240,15 +240,15 @@ class PressedColumn(ConfinedColumn):
 
         They are evaluated at distances y (k,), m, from the plane.
         """
-        u, J = self.profile(which).at(np.clip(y / self.way, 0.0, 1.0))
-        return self.way * u, J
+        u, J = self.profile(which).at(np.clip(y / self.longest_drainage_path, 0.0, 1.0))
+        return self.longest_drainage_path * u, J
 
     def _outward(self, y: Array) -> Array:
         return self._displacements_and_stretches(y)[0]
 
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
-        y, _, _ = self._folded(X)
+        y, _, _ = self._impermeable_plane_distances(X)
         _, J = self._displacements_and_stretches(y)
         found: Array = self.skeleton.stress(J) - self._total_stress()
         return found
@@ -257,7 +257,7 @@ class PressedColumn(ConfinedColumn):
         """Return the total stress of skeleton and fluid, Pa, which is the stress of the skeleton at the open end."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
-        _, J = self._displacements_and_stretches(np.array([self.way]), which)
+        _, J = self._displacements_and_stretches(np.array([self.longest_drainage_path]), which)
         return float(self.skeleton.stress(J)[0])
 
     @property
@@ -268,7 +268,7 @@ class PressedColumn(ConfinedColumn):
     @cached_property
     def estimated_error(self) -> float:
         """Error of a displacement, m: the difference from a solution on a coarser grid with larger time steps."""
-        y = np.linspace(0.0, self.way, 33)
+        y = np.linspace(0.0, self.longest_drainage_path, 33)
         apart = float(
             np.abs(self._displacements_and_stretches(y)[0] - self._displacements_and_stretches(y, 0)[0]).max()
         )

@@ -55,7 +55,7 @@ class BlockMaterial:
         """Ratio of Lame's moduli lam / mu = 2 nu / (1 - 2 nu)."""
         return math.inf if self.poisson == 0.5 else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
 
-    def narrow(self, e: float) -> tuple[float, float]:
+    def lateral_log_stretch(self, e: float) -> tuple[float, float]:
         """Return the logarithm of the lateral stretch for a logarithm e of the axial stretch, and its derivative by e.
 
         It is the root of a convex function, computed by Newton's method.
@@ -73,7 +73,7 @@ class BlockMaterial:
 
     def pull(self, e: float) -> tuple[float, float]:
         """Return the nominal stress P, Pa, for a logarithm e of the axial stretch, and its derivative by e."""
-        s, slope = self.narrow(e)
+        s, slope = self.lateral_log_stretch(e)
         l, t2 = math.exp(e), math.exp(2.0 * s)
         P = self.mu * (math.expm1(2.0 * e) - math.expm1(2.0 * s)) / l
         return P, self.mu * (l + t2 / l * (1.0 - 2.0 * slope))
@@ -92,9 +92,9 @@ class BlockMaterial:
             return own - P, slope
 
         e = find_root(off, math.asinh(P / self.modulus))
-        return math.expm1(e), math.expm1(self.narrow(e)[0]), math.exp(e) / self.pull(e)[1]
+        return math.expm1(e), math.expm1(self.lateral_log_stretch(e)[0]), math.exp(e) / self.pull(e)[1]
 
-    def under(self, traction: float, pressure: float) -> float:
+    def stress_under_loads(self, traction: float, pressure: float) -> float:
         """Return the nominal stress P, Pa, under a dead traction on the end and a pressure on the deformed end.
 
         Raises NotApplicable.
@@ -104,7 +104,7 @@ class BlockMaterial:
 
         def off(e: float) -> tuple[float, float]:
             P, slope = self.pull(e)
-            s, narrower = self.narrow(e)
+            s, narrower = self.lateral_log_stretch(e)
             area = math.exp(self.free * s)
             return P - traction + pressure * area, slope + pressure * area * self.free * narrower
 
@@ -185,7 +185,7 @@ class Stack:
         return sum(joint.gap for joint in self.joints if not joint.glued)
 
     @property
-    def grown(self) -> float:
+    def length_change(self) -> float:
         """Change of the stack's length, m, if its ends are displaced as prescribed and all gaps are closed.
 
         It is negative if the blocks are compressed. Both ends must be moved.
@@ -196,23 +196,23 @@ class Stack:
         return high - low + self.gaps
 
     @property
-    def touching(self) -> bool:
+    def has_unglued_joints(self) -> bool:
         """True if the stack has joints that are not glued."""
         return any(not joint.glued for joint in self.joints)
 
     def stress(self) -> float:
         """Axial nominal stress, Pa, uniform in the stack. Raises NotApplicable."""
         if None in self.ends:
-            return self.blocks[0 if self.ends[0] is None else -1].solid.under(self.traction, self.pressure)
-        if self.touching and self.grown >= -JUST * (self.blocks[-1].high - self.blocks[0].low):
+            return self.blocks[0 if self.ends[0] is None else -1].solid.stress_under_loads(self.traction, self.pressure)
+        if self.has_unglued_joints and self.length_change >= -JUST * (self.blocks[-1].high - self.blocks[0].low):
             return 0.0
         soft = sum(block.length / block.solid.modulus for block in self.blocks)
 
         def off(P: float) -> tuple[float, float]:
             each = [(block.length, *block.solid.strains(P)) for block in self.blocks]
-            return sum(L * along for L, along, _, _ in each) - self.grown, sum(L * slope for L, _, _, slope in each)
+            return sum(L * along for L, along, _, _ in each) - self.length_change, sum(L * slope for L, _, _, slope in each)
 
-        return find_root(off, self.grown / soft)
+        return find_root(off, self.length_change / soft)
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class DeformedStack:
     @property
     def left(self) -> float:
         """Remaining gap, m, if all other gaps are closed; 0 if there is contact everywhere."""
-        return max(self.stack.grown, 0.0) if self.stack.touching and None not in self.stack.ends else 0.0
+        return max(self.stack.length_change, 0.0) if self.stack.has_unglued_joints and None not in self.stack.ends else 0.0
 
     @property
     def pull(self) -> float:
@@ -280,7 +280,7 @@ class DeformedStack:
             areas = [math.prod(b - a for a, b in sides) for sides in (one, other, both, rest)]
         return self.stack.area * areas[2] / areas[3], areas[2] / max(areas[:2])
 
-    def touched(self, number: int) -> float:
+    def joint_contact_area(self, number: int) -> float:
         """Return the contact area of a block with the next one, m^2: undeformed for Hooke's law, 0 if a gap remains."""
         if not self.push:
             return 0.0
@@ -291,7 +291,7 @@ class DeformedStack:
     def area(self) -> float:
         """Smallest contact area of all joints, m^2."""
         open_joints = [i for i, joint in enumerate(self.stack.joints) if not joint.glued]
-        return min((self.touched(i) for i in open_joints), default=0.0)
+        return min((self.joint_contact_area(i) for i in open_joints), default=0.0)
 
     @property
     def off(self) -> dict[str, float]:

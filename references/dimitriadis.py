@@ -61,7 +61,7 @@ class Series(ForceTheory):
     @property
     def estimated_error(self) -> float:
         """Error of the indentation depth for the given force, m."""
-        return abs(self.off["series"]) * abs(self.pressed.depth) / self.pressed.tip.grows
+        return abs(self.off["series"]) * abs(self.pressed.depth) / self.pressed.tip.force_exponent
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Dimitriadis(Reference):
         if pressed.poisson < LEAST:
             raise NotApplicable(f"Poisson's ratio is {pressed.poisson:g}; the series holds for 0.5",
                           "use `pressed_layer(...)`, which accepts any Poisson's ratio")  # fmt: skip
-        x = self.solved(pressed).x
+        x = self.solve_unchecked(pressed).x
         if x > FARTHEST:
             raise NotApplicable(f"sqrt(R d) is {x:.3g} times the thickness", "use a thicker layer or a smaller depth")
         pressed.must_be_wide()
@@ -108,8 +108,8 @@ class Dimitriadis(Reference):
     def solve(self, pressed: Indentation) -> Series:
         """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
-        return self.solved(pressed)
+        return self.solve_unchecked(pressed)
 
-    def solved(self, pressed: Indentation) -> Series:
+    def solve_unchecked(self, pressed: Indentation) -> Series:
         """Return the solution without a check of the assumptions."""
         return Series(pressed.half_space)

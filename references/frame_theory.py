@@ -88,7 +88,7 @@ class FrameMember:
         return found
 
     @cached_property
-    def sag(self) -> Array:
+    def end_motion_under_load(self) -> Array:
         """Displacement and rotation (6,) of the member's end under its distributed load, with its start clamped."""
         found: Array = self.motions_under_own_load(np.array([self.length]))[0]
         return found
@@ -103,7 +103,7 @@ class FrameMember:
         return found
 
     @cached_property
-    def shift(self) -> Array:
+    def rigid_motion_matrix(self) -> Array:
         """Matrix (6, 6) from a motion of the member's start to the rigid motion of its end."""
         found = np.eye(6)
         found[:3, 3:] = -_axial_cross_matrices(np.array([self.length]))[0]
@@ -118,7 +118,7 @@ class FrameMember:
     @cached_property
     def relative_motion_matrix(self) -> Array:
         """Matrix (6, 12) from the motions of both nodes in space to the motion of the end relative to the start."""
-        found: Array = np.concatenate([-self.shift @ self.turned, self.turned], axis=1)
+        found: Array = np.concatenate([-self.rigid_motion_matrix @ self.turned, self.turned], axis=1)
         return found
 
     @cached_property
@@ -134,10 +134,10 @@ class FrameMember:
         return found
 
     @cached_property
-    def pushes(self) -> Array:
+    def equivalent_nodal_loads(self) -> Array:
         """Equivalent nodal loads (12,) of the distributed load."""
         begin = np.concatenate([self.turned.T @ self.carried, np.zeros(6)])
-        found: Array = self.resists @ self.sag + begin
+        found: Array = self.resists @ self.end_motion_under_load + begin
         return found
 
     def turns(self, first: Array, force: Array) -> Array:
@@ -156,7 +156,7 @@ class FrameMember:
         found: Array = 0.5 * self.length * w @ (turns[1:-1, 1:] ** 2).sum(axis=1)
         return float(found)
 
-    def second(self, force: Array, loaded: bool = True) -> Array:
+    def geometric_stiffness(self, force: Array, loaded: bool = True) -> Array:
         """Return the geometric stiffness (12, 12) of internal forces, for the motions of both nodes in space.
 
         `force` is the force and moment on the end. For sections rotated by exp(theta), theta = (phi, -w', v'), with
@@ -243,16 +243,16 @@ class Frame:
         """Return the frame in equilibrium. Raises NotApplicable if it is a mechanism, or its loads are not small."""
         P, d = self.forces.ravel().copy(), self._imposed_displacements()
         for member, at in self._members_with_unknowns():
-            P[at] += member.pushes
+            P[at] += member.equivalent_nodal_loads
         answer = FrameSolution(self, self._solve_free_motions(P, d).reshape(-1, 6))
-        if not answer.strayed <= SMALL:
+        if not answer.nonlinearity_measure <= SMALL:
             raise NotApplicable(
-                f"its rotations, and its forces relative to buckling loads, reach {100 * answer.strayed:.2g} %",
+                f"its rotations, and its forces relative to buckling loads, reach {100 * answer.nonlinearity_measure:.2g} %",
                 "the theory holds for small loads: reduce them, or compare two models",
             )
         return answer
 
-    def pulled(self, lengthened: list[float]) -> list[Array]:
+    def end_forces_by_lengthening(self, lengthened: list[float]) -> list[Array]:
         """Return the end force and moment (6,) of each member if members lengthen by `lengthened`, m."""
         P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
         strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
@@ -271,7 +271,7 @@ class Frame:
         """
         S = np.zeros_like(self._stiffness_matrix)
         for (member, at), force in zip(self._members_with_unknowns(), forces, strict=True):
-            S[np.ix_(at, at)] += member.second(force, loaded)
+            S[np.ix_(at, at)] += member.geometric_stiffness(force, loaded)
         Z, root = self._free_motions_with_factor
         eased = np.linalg.solve(root, np.linalg.solve(root, Z.T @ (S * self._scale_products) @ Z).T)
         return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
@@ -357,7 +357,7 @@ class FrameSolution:
 
     def _motion_and_force(self, member: FrameMember) -> tuple[Array, Array]:
         first, last = (member.turned @ self.d[n] for n in member.nodes)
-        return first, np.linalg.solve(member.flexibility, last - member.shift @ first - member.sag)
+        return first, np.linalg.solve(member.flexibility, last - member.rigid_motion_matrix @ first - member.end_motion_under_load)
 
     @cached_property
     def turns(self) -> list[Array]:
@@ -365,7 +365,7 @@ class FrameSolution:
         return [member.turns(*end) for member, end in zip(self.frame.members, self.ends, strict=True)]
 
     @cached_property
-    def strayed(self) -> float:
+    def nonlinearity_measure(self) -> float:
         """Measure of nonlinearity: the largest rotation, rad, plus the ratio of internal forces to buckling loads."""
         return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckling_ratio
 
@@ -377,13 +377,13 @@ class FrameSolution:
         second-order work relative to the stiffness, of either sign.
         """
         members = zip(self.frame.members, self.turns, strict=True)
-        pulled = self.frame.pulled([member.compute_lengthening(turns) for member, turns in members])
+        pulled = self.frame.end_forces_by_lengthening([member.compute_lengthening(turns) for member, turns in members])
         return self.frame.share([force for _, force in self.ends]) + self.frame.share(pulled, loaded=False)
 
     @cached_property
     def estimated_error(self) -> float:
         """Error of the displacement of any point, m, due to second-order terms and rounding."""
-        return float((self.strayed + ROUNDING) * np.linalg.norm(self.d[:, :3], axis=1).max())
+        return float((self.nonlinearity_measure + ROUNDING) * np.linalg.norm(self.d[:, :3], axis=1).max())
 
     def displacement(self, X: Array) -> Array:
         """Return displacements (n, 3), m, of points X (n, 3) of the undeformed frame. Raises NotApplicable."""

@@ -79,10 +79,10 @@ class Tip:
         found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
         if self.rim and self.edge:
             found["rim"] = self.rim / self.edge
-        return found | ({"tip": self.grows * self.blunt / depth} if self.blunt else {})
+        return found | ({"tip": self.force_exponent * self.blunt / depth} if self.blunt else {})
 
     @property
-    def grows(self) -> float:
+    def force_exponent(self) -> float:
         """Exponent of the depth in the force on a half-space."""
         return 1.0 if self.edge is not None else 1.0 + 1.0 / self.power
 
@@ -174,7 +174,7 @@ class HalfSpace:
     @property
     def energy(self) -> float:
         """Stored energy, J: the integral of the force over the depth."""
-        return self.push * self.depth / (1.0 + self.tip.grows)
+        return self.push * self.depth / (1.0 + self.tip.force_exponent)
 
     def pressure(self, r: Array) -> Array:
         """Return the contact pressure (n,), Pa, at distances r from the axis (n,), m."""
@@ -261,8 +261,8 @@ class HalfSpace:
         thickness, beside = 0.0, self._side_displacement
         if math.isfinite(self.around.thickness):
             thickness = self.layer.push / self.push - 1.0
-            beside = 0.0 if math.isinf(self.around.width) else abs(self.layer.beside(self.around.width))
-        return {"thickness": thickness, "sides": -self.tip.grows * beside / self.depth, **self.tip.off(self.depth)}
+            beside = 0.0 if math.isinf(self.around.width) else abs(self.layer.surface_displacement(self.around.width))
+        return {"thickness": thickness, "sides": -self.tip.force_exponent * beside / self.depth, **self.tip.off(self.depth)}
 
 
 @dataclass(frozen=True)

@@ -173,7 +173,7 @@ class Layer:
             }[self.tip.power]
         return np.where(inside, found + self.modulus / math.pi * own, 0.0)
 
-    def beside(self, r: float) -> float:
+    def surface_displacement(self, r: float) -> float:
         """Return the downward displacement of the surface, m, at a distance r from the axis, m, far from the contact.
 
         It is P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), with the force P as a point load.

@@ -61,7 +61,7 @@ class CurveFromFile(Reference):
         return len(self.path) * len(self.y)
 
     @property
-    def beside_y(self) -> tuple[str, ...]:
+    def uncertainty_columns(self) -> tuple[str, ...]:
         """Names of the table columns that give the uncertainty of y."""
         return (self.deviation,) if self.deviation else ()
 
@@ -83,7 +83,7 @@ class CurveFromFile(Reference):
         """Return every experiment (repeat) in SI, and notes about the reading. Raises Unreadable."""
         found: list[Repeat] = []
         notes: list[str] = []
-        asked = [self.x, *self.y, *self.beside_y]
+        asked = [self.x, *self.y, *self.uncertainty_columns]
         for path in self.path:
             table = read_columns(find_file(path, beside), asked)
             notes += table.notes
@@ -121,7 +121,7 @@ class CurveFromFile(Reference):
         share = self.uncertainty.dimension != self.y_unit.dimension
         return self.uncertainty.value * np.abs(y) if share else np.full_like(y, self.uncertainty.value)
 
-    def _uncertain(self, table: Columns, name: str) -> list[float]:
+    def _value_uncertainties(self, table: Columns, name: str) -> list[float]:
         """Return the uncertainties in the table for the values of column `name`, SI. Raises Unreadable."""
         if not self.deviation:
             return [0.0] * len(table.lines)
@@ -136,7 +136,7 @@ class CurveFromFile(Reference):
         """Return one experiment on the requested branch, and a note on the omitted rows. Raises Unreadable."""
         x = [self.x_unit.value * v + _value_or_zero(self.x_origin) for v in table.numbers[self.x]]
         y = [self.y_unit.value * v + _value_or_zero(self.y_origin) for v in table.numbers[name]]
-        u = self._uncertain(table, name)
+        u = self._value_uncertainties(table, name)
         turn = max(range(len(x)), key=lambda i: abs(x[i] - x[0]))
         parts = {"loading": slice(0, turn + 1), "unloading": slice(turn, None)}
         rows, lines = list(zip(x, y, u, strict=True)), list(table.lines)

@@ -45,10 +45,10 @@ class GivenValues(Reference):
         Entries that the scene gives as fractions are multiplied by the magnitudes of the values.
         """
         share = vars(self)[name].dimension != self.values.dimension
-        each = zip(self.values.values, self.chosen(name), strict=True)
+        each = zip(self.values.values, self.entries_per_value(name), strict=True)
         return tuple(u * abs(v) if share else u for v, u in each)
 
-    def chosen(self, name: str) -> tuple[float, ...]:
+    def entries_per_value(self, name: str) -> tuple[float, ...]:
         """Return the entries of the field `name`, one for each value; the last entry is repeated if needed."""
         own = vars(self)[name].values
         return tuple(own[min(i, len(own) - 1)] for i in range(len(self.values.values)))
@@ -122,7 +122,7 @@ class KnownValue:
             return self.uncertainty, self.uncertainty
         return self.value - self.band[0], self.band[1] - self.value
 
-    def beside(self, found: float) -> float:
+    def uncertainty_towards(self, found: float) -> float:
         """Return the uncertainty below the value if the number `found` is smaller, else the uncertainty above it."""
         return self.sides[found > self.value]
 

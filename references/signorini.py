@@ -43,14 +43,14 @@ class StoppedBar:
         return self.young * self.section / self.length
 
     @property
-    def longer(self) -> float:
+    def lengthening(self) -> float:
         """Lengthening of the bar, m."""
         return min(self.load / self.stiffness, self.away)
 
     @property
     def gap(self) -> float:
         """Remaining gap between bar and plane, m."""
-        return self.away - self.longer
+        return self.away - self.lengthening
 
     @property
     def push(self) -> float:
@@ -60,7 +60,7 @@ class StoppedBar:
     @property
     def carried(self) -> float:
         """Axial force in the bar, N."""
-        return self.stiffness * self.longer
+        return self.stiffness * self.lengthening
 
     @property
     def area(self) -> float:
@@ -79,12 +79,12 @@ class StoppedBar:
     @property
     def energy(self) -> float:
         """Stored energy, J."""
-        return 0.5 * self.carried * self.longer
+        return 0.5 * self.carried * self.lengthening
 
     @property
     def strain(self) -> float:
         """Axial strain."""
-        return self.longer / self.length
+        return self.lengthening / self.length
 
     @property
     def off(self) -> dict[str, float]:
@@ -102,7 +102,7 @@ class StoppedBar:
     @property
     def estimated_error(self) -> float:
         """Rounding error of a displacement, m."""
-        return 1e-13 * abs(self.longer)
+        return 1e-13 * abs(self.lengthening)
 
 
 @dataclass(frozen=True)

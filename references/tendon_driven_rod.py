@@ -55,7 +55,7 @@ class TendonRoute:
     winding: float
     tension: float
 
-    def beside(self, s: Array) -> tuple[Array, Array, Array]:
+    def section_position(self, s: Array) -> tuple[Array, Array, Array]:
         """Return the tendon's position in the section (3, k), m, and its first and second derivatives by s.
 
         s (k,), m, are distances along the axis.
@@ -127,7 +127,7 @@ class RodEquations:
             for a, b in itertools.pairwise(cuts)
         ]
 
-    def straight(self, z: Array) -> Array:
+    def undeformed_states(self, z: Array) -> Array:
         """Return the states of the undeformed rod at coordinates z (k,) of every part, (13 parts, k)."""
         y = np.zeros((len(self.stretches), STATES, len(z)))
         y[:, 3] = 1.0
@@ -158,7 +158,7 @@ class RodEquations:
         force = -_cross_products(u, n) - np.einsum("jik,j->ik", R, self.weight)
         moment = -_cross_products(u, m) - _cross_products(v, n)
         for route in routes:
-            a, slope, bend = route.beside(s)
+            a, slope, bend = route.section_position(s)
             way = v + _cross_products(u, a) + slope
             size = np.sqrt((way * way).sum(axis=0))
             A = np.einsum("ik,jk->kij", -way, way) + (size**2)[:, None, None] * np.eye(3)
@@ -180,7 +180,7 @@ class RodEquations:
         v, u = self.strains(y[:, None])
         total = y[7:13].copy()
         for route in routes:
-            a, slope, _ = (f[:, 0] for f in route.beside(np.array([s])))
+            a, slope, _ = (f[:, 0] for f in route.section_position(np.array([s])))
             way = v[:, 0] + np.cross(u[:, 0], a) + slope
             pull = route.tension * way / np.sqrt(way @ way)
             total += np.concatenate([pull, np.cross(a, pull)])
@@ -244,7 +244,7 @@ def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
     Its error is the change when every collocation interval is halved, plus rounding.
     """
     z = np.linspace(0.0, 1.0, NODES)
-    y = RodEquations(rod, 0.0).straight(z)
+    y = RodEquations(rod, 0.0).undeformed_states(z)
     share, step = 0.0, 0.25
     while share < 1.0:
         there = min(1.0, share + step)

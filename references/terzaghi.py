@@ -38,7 +38,7 @@ class ConfinedColumn:
     drains: Drains
 
     @property
-    def way(self) -> float:
+    def longest_drainage_path(self) -> float:
         """Longest drainage path, m."""
         return 0.5 * self.length if self.drains == "both" else self.length
 
@@ -46,7 +46,7 @@ class ConfinedColumn:
         """Return displacements (k,) away from the impermeable plane, m, at distances y (k,) from it."""
         raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
 
-    def _folded(self, X: Array) -> tuple[Array, Array, bool]:
+    def _impermeable_plane_distances(self, X: Array) -> tuple[Array, Array, bool]:
         """Return distances from the impermeable plane (n,), m, signs (n,), and whether the plane moves.
 
         They are those of points X (n, 3), m. The plane is the held end, the driven end, or the middle between two
@@ -64,15 +64,15 @@ class ConfinedColumn:
 
     def displacement(self, X: Array) -> Array:
         """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
-        y, sign, moves = self._folded(X)
-        w = self._outward(np.append(y, self.way))
+        y, sign, moves = self._impermeable_plane_distances(X)
+        w = self._outward(np.append(y, self.longest_drainage_path))
         found: Array = (sign * w[:-1] + (w[-1] if moves else 0.0))[:, None] * np.asarray(self.axis)
         return found
 
     @property
     def travel(self) -> float:
         """Present displacement of the driven end, m."""
-        w = self._outward(np.array([self.way]))
+        w = self._outward(np.array([self.longest_drainage_path]))
         return float(w[0]) * (2.0 if self.drains == "both" else 1.0)
 
     @property
@@ -102,7 +102,7 @@ class Column(ConfinedColumn):
     @property
     def time(self) -> float:
         """Diffusion time along the longest drainage path, s."""
-        return self.way**2 / (self.modulus * self.permeability)
+        return self.longest_drainage_path**2 / (self.modulus * self.permeability)
 
     @cached_property
     def _wave_numbers(self) -> Array:
@@ -127,7 +127,7 @@ class Column(ConfinedColumn):
 
         The displacements are those at distances y (k,), m, from this plane.
         """
-        M, h = self._wave_numbers, self.way
+        M, h = self._wave_numbers, self.longest_drainage_path
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
         shares = -shape * (2.0 * sign / M**2) if self.force else -shape * (2.0 * sign / M)
@@ -139,14 +139,14 @@ class Column(ConfinedColumn):
 
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
-        y, _, _ = self._folded(X)
+        y, _, _ = self._impermeable_plane_distances(X)
         M, none = self._wave_numbers, np.zeros_like(y)
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
-        shape = np.cos(M * (y / self.way)[:, None])
-        inside = np.where(y < self.way, 1.0, 0.0)
+        shape = np.cos(M * (y / self.longest_drainage_path)[:, None])
+        inside = np.where(y < self.longest_drainage_path, 1.0, 0.0)
         shares = -shape * (2.0 * sign / M) if self.force else -2.0 * (shape * sign + 1.0)
         scale = self.modulus * self._final_strain
-        moments = None if self.force else 0.5 * scale * self.time * ((y / self.way) ** 2 - 1.0)
+        moments = None if self.force else 0.5 * scale * self.time * ((y / self.longest_drainage_path) ** 2 - 1.0)
         own = ModalResponse(none, scale * shares, -scale * inside if self.force else none, moments)
         return own.at(self.driven, self._decay_rates, self.now)
 
@@ -165,7 +165,7 @@ class Column(ConfinedColumn):
     @property
     def estimated_error(self) -> float:
         """Error of a displacement, m, due to modes beyond the last and to rounding."""
-        places = np.linspace(0.0, self.way, 9)[1:]
+        places = np.linspace(0.0, self.longest_drainage_path, 9)[1:]
         missed = self._displacement_response(places).missed(self.driven, self._decay_rates, self.now)
         return missed + ROUNDING * abs(self._final_strain) * self.length
 

@@ -121,8 +121,8 @@ def _deformed_line_drawings(findings: ReportSummary) -> Found:
     def made(number: int, probe: str) -> Drawing:
         own = centre_lines.Lines(findings, number, probe)
         i, j = own.plane
-        traces = [Trace(n, X[:, i], X[:, j]) for n, X in own.lines.items() if n not in own.far]
-        left = f", without {join_names(own.far)} (outside the drawing)" if own.far else ""
+        traces = [Trace(n, X[:, i], X[:, j]) for n, X in own.lines.items() if n not in own.omitted_models]
+        left = f", without {join_names(own.omitted_models)} (outside the drawing)" if own.omitted_models else ""
         return Drawing(f"{probe}{left}", (own.axes[0], "m"), (own.axes[1], "m"), traces, equal=True)
 
     return {probe: lambda n=n, p=probe: made(n, p) for n, probe in enumerate(lines_of(findings))}  # type: ignore[misc]
@@ -142,7 +142,7 @@ def _curves(findings: ReportSummary) -> Found:
     """Return the drawings of metrics that are curves, by name, with the reference curves."""
     found: dict[str, Callable[[], Drawing]] = {}
     for metric in findings.metrics:
-        seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
+        seen = {n: m.curve for n, r in findings.all_results.items() if (m := r.metrics.get(metric.name)) and m.curve}
         if seen:
             against = findings.report.references.get(metric.against or "")
             known = None if against is None else against.drawn

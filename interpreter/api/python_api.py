@@ -81,7 +81,7 @@ class LoadedScene:
             raise SceneError(problems)
         with notebook_progress.progress_line() as say:
             options = RunOptions(only=only, repeat=int(repeat), say=say, stated=asked, free=True)
-            return RunReport.showing(run_to_report(CheckedScene(self.scene, self.warnings), options))
+            return RunReport.from_report(run_to_report(CheckedScene(self.scene, self.warnings), options))
 
 
 def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
@@ -199,7 +199,7 @@ def compare(
             Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
             allow_contaminated, "softmark.compare", say,
         )  # fmt: skip
-        return ShownComparison.showing(carry_out(subjects, request))
+        return ShownComparison.from_comparison(carry_out(subjects, request))
 
 
 def robustness(

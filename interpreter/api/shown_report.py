@@ -20,7 +20,7 @@ class RunReport(Report):
     """Report that `run` returns, with a pandas table, matplotlib plots and files."""
 
     @classmethod
-    def showing(cls, report: Report) -> Self:
+    def from_report(cls, report: Report) -> Self:
         """Return a report as a RunReport."""
         return cls(**values_of_fields(report))
 

@@ -18,7 +18,7 @@ class ShownComparison(Comparison):
     """Result of `softmark.compare`, which can be displayed and written to files."""
 
     @classmethod
-    def showing(cls, found: Comparison) -> Self:
+    def from_comparison(cls, found: Comparison) -> Self:
         """Return a comparison as a ShownComparison."""
         return cls(**values_of_fields(found))
 

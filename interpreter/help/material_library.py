@@ -38,7 +38,7 @@ class LibraryMaterial:
         return "fibres =" in self.text
 
     @property
-    def stretches(self) -> tuple[float, float] | None:
+    def valid_stretch_range(self) -> tuple[float, float] | None:
         """Range of uniaxial stretch in which the material is valid, None if it is not given."""
         found = STRETCHES.search(self.said.get("Valid", ""))
         return None if found is None else (float(found[1]), float(found[2]))
@@ -46,7 +46,7 @@ class LibraryMaterial:
     @property
     def range_words(self) -> str:
         """Range of validity as text."""
-        return " to ".join(f"{s:g}" for s in self.stretches or ()) or "not given"
+        return " to ".join(f"{s:g}" for s in self.valid_stretch_range or ()) or "not given"
 
 
 def materials() -> dict[str, LibraryMaterial]:
@@ -95,9 +95,9 @@ def tensile_curve(own: LibraryMaterial) -> list[tuple[float, float]]:
     """
     import softmark
 
-    if own.stretches is None:
+    if own.valid_stretch_range is None:
         return []
-    low, high = own.stretches
+    low, high = own.valid_stretch_range
     steps = [low + (high - low) * i / (POINTS - 1) for i in range(POINTS)]
     shares = ", ".join(f"{100.0 * (l - 1.0):.12g}" for l in steps)
     model = "fem(hex20, strain = finite, formulation = mixed, size = 3 cm)" if own.directed else "homogeneous(uniaxial)"

@@ -328,14 +328,14 @@ class _Reader:
     def _name_sets(self, body: _Body) -> None:
         """Add named sets, surfaces and materials that nothing else refers to."""
         found, mesh = body.deck, body.mesh
-        for name, definition, own in mesh.names("elements"):
+        for name, definition, own in mesh.named_sets("elements"):
             if id(definition) not in body.used and not definition.internal:
                 unreferenced_deck_sets.add_cell_set(found, name, body.places(own))
-        for name, definition, own in mesh.names("nodes"):
+        for name, definition, own in mesh.named_sets("nodes"):
             if id(definition) not in body.used and not definition.internal:
                 nodes = body.node_places[own]
                 unreferenced_deck_sets.add_node_set(found, name, nodes[nodes >= 0])
-        for name, surface, rows in mesh.surface_names():
+        for name, surface, rows in mesh.named_surfaces():
             if id(surface) not in body.used and "INTERNAL" not in surface.card.options:
                 sides = [(body.places(own), side, who) for own, side, who in rows]
                 unreferenced_deck_sets.add_face_set(found, name, body.sides(sides, surface.card))

@@ -73,19 +73,19 @@ class FileUnits:
     time: FileUnit | None = None
     system: str = ""
 
-    def of_length(self, value: float) -> str:
+    def format_length(self, value: float) -> str:
         """Format a length for a scene."""
         return _format_with_unit(value, self.length)
 
-    def of_stress(self, value: float) -> str:
+    def format_stress(self, value: float) -> str:
         """Format a stress for a scene. Raises MissingUnit."""
         return _format_with_unit(value, self._require_stress_unit("stresses"))
 
-    def of_force(self, value: float) -> float:
+    def force_in_newtons(self, value: float) -> float:
         """Return a force in N. Raises MissingUnit."""
         return _require_finite(value * self._require_stress_unit("forces").factor * self.length.factor**2)
 
-    def of_density(self, value: float) -> str:
+    def format_density(self, value: float) -> str:
         """Format a density for a scene. Raises MissingUnit."""
         whole = (
             self._require_stress_unit("densities").factor
@@ -93,7 +93,7 @@ class FileUnits:
         )
         return f"{_require_finite(value * whole)!r} kg/m^3"
 
-    def of_acceleration(self, value: float) -> float:
+    def acceleration_in_si(self, value: float) -> float:
         """Return an acceleration in m/s^2. Raises MissingUnit."""
         return _require_finite(value * self.length.factor / self._require_time_factor("accelerations") ** 2)
 

@@ -144,13 +144,13 @@ class _Reader:
     def _mesh(self) -> Deck:
         mesh = self.top.find("Mesh")
         if mesh is None:
-            raise self.words.wrong("it has no `Mesh`")
+            raise self.words.unreadable_error("it has no `Mesh`")
         points: dict[int, list[float]] = {}
         for nodes in mesh.findall("Nodes"):
             for node in nodes:
                 number, at = self.words.whole(node.get("id")), self.words.floats(node.text, 3).tolist()
                 if points.setdefault(number, at) != at:
-                    raise self.words.wrong(f"node number {number} occurs twice, at different positions")
+                    raise self.words.unreadable_error(f"node number {number} occurs twice, at different positions")
         blocks: dict[str, list[list[int]]] = {}
         self.ids: list[int] = []
         self.domains: list[tuple[str, int, int]] = []
@@ -171,10 +171,10 @@ class _Reader:
             )
         ((kind, rows),) = blocks.items()
         if any(len(row) != KINDS[kind] for row in rows):
-            raise self.words.wrong(f"an element `{kind}` does not have {KINDS[kind]} nodes")
+            raise self.words.unreadable_error(f"an element `{kind}` does not have {KINDS[kind]} nodes")
         used, cells = np.unique(np.array(rows, dtype=np.int64), return_inverse=True)
         if missing := [n for n in used.tolist() if n not in points]:
-            raise self.words.wrong(f"an element refers to the missing node {missing[0]}")
+            raise self.words.unreadable_error(f"an element refers to the missing node {missing[0]}")
         self.place = {n: i for i, n in enumerate(used.tolist())}
         X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
         own = cells.reshape(len(rows), -1).astype(np.int64)
@@ -241,7 +241,7 @@ class _Reader:
                 found = []
                 for facet in own:
                     if facet.tag not in FACETS:
-                        raise self.words.wrong(f"`{facet.tag[:40]}` is not a facet")
+                        raise self.words.unreadable_error(f"`{facet.tag[:40]}` is not a facet")
                     found.append(self._node_indices(self.words.wholes(facet.text)))
                 return found
         return None
@@ -262,11 +262,11 @@ class _Reader:
                 return self._node_indices(np.array(listed, dtype=np.int64))
         return None
 
-    def _map(self, node: ElementT | None, node_set: str) -> Floats | None:
+    def _read_node_map(self, node: ElementT | None, node_set: str) -> Floats | None:
         """Return the values (k, c) of a map at the nodes of a set at the imported time; None if it is not a map."""
         if node is None or node.get("type") != "map" or set(node.attrib) - {"lc", "type"}:
             return None
-        factor = 1.0 if node.get("lc") in (None, "0") else self._curve(str(node.get("lc")))
+        factor = 1.0 if node.get("lc") in (None, "0") else self._evaluate_load_curve(str(node.get("lc")))
         data = next((own for own in self._section("MeshData") if own.tag == "NodeData" and own.get("name") ==
                      (node.text or "").strip() and own.get("node_set") == node_set), None)  # fmt: skip
         nodes = self._nodes_of_set(node_set)
@@ -330,7 +330,7 @@ class _Reader:
             return None
         values = self.words.floats(node.text)
         lc = node.get("lc")
-        factor = 1.0 if lc in (None, "0") else self._curve(str(lc))
+        factor = 1.0 if lc in (None, "0") else self._evaluate_load_curve(str(lc))
         return None if factor is None else values * factor
 
     def _imported_time(self) -> float | None:
@@ -345,7 +345,7 @@ class _Reader:
                           "give one from 0 to its end" + ("" if end is None else f", `--at {end:g}`"))  # fmt: skip
         return self.moment
 
-    def _curve(self, number: str) -> float | None:
+    def _evaluate_load_curve(self, number: str) -> float | None:
         """Return the value of a load curve at the imported time; None if it is unknown there."""
         end = self._imported_time()
         for own in self._section("LoadData"):
@@ -411,7 +411,7 @@ class _Reader:
     def _mapped_displacements(self, own: ElementT) -> dict[int, Floats] | None:
         """Return displacements prescribed by a map, by direction, at each node of a set; None without a map."""
         dof = (child_text(own, "dof") or "").strip()
-        values = self._map(own.find("value"), own.get("node_set", ""))
+        values = self._read_node_map(own.find("value"), own.get("node_set", ""))
         relative = (child_text(own, "relative") or "0").strip()
         whole = own.get("type") == "prescribed displacement" and relative == "0" and dof in ("x", "y", "z")
         if not whole or values is None or values.shape[1] != 1:
@@ -449,7 +449,7 @@ class _Reader:
 
     def _read_nodal_force(self, own: ElementT, what: str, found: Deck) -> None:
         nodes, node = self._nodes_of_set(own.get("node_set", "")), own.find("value")
-        mapped = self._map(node, own.get("node_set", ""))
+        mapped = self._read_node_map(node, own.get("node_set", ""))
         one = self._values_at_time(node) if mapped is None and (node is None or node.get("type") != "map") else None
         rows = mapped if one is None else one[None, :]
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():

@@ -164,7 +164,7 @@ class Deck:
         return CellSides(self.cells)
 
     @cached_property
-    def inside_out(self) -> Ints:
+    def inverted_cells(self) -> Ints:
         """Cells (k,) whose node order makes their volume negative."""
         with np.errstate(all="ignore"):  # non-finite points are refused later, when the scene is read
             return np.flatnonzero(Mesh(self.points, self.cells, self.kind).volumes < 0.0)

@@ -72,7 +72,7 @@ def _read_model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, di
     ((kind, table),) = blocks.items()
     used, cells = np.unique(np.array(table, dtype=np.int64), return_inverse=True)
     if missing := [n for n in used.tolist() if n not in points]:
-        raise words.wrong(f"a cell refers to the missing atom {missing[0]}")
+        raise words.unreadable_error(f"a cell refers to the missing atom {missing[0]}")
     X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
     found = Deck(name, KINDS[kind][0], X, cells.reshape(len(table), -1).astype(np.int64), [], left=left)
     strains = {_read_strain_setting(body, found) for body, _, _ in parts}
@@ -105,7 +105,7 @@ def _cells(body: ElementT, words: NumberParser, left: list[NotImported]) -> Iter
             continue
         row = [words.whole(atom.get("index")) for atom in cell.iterfind("atomRef")]
         if len(row) != KINDS[kind][1]:
-            raise words.wrong(f"a cell {kind} has {len(row)} atoms")
+            raise words.unreadable_error(f"a cell {kind} has {len(row)} atoms")
         yield kind, row
     left += [NotImported(f"{n} cells {kind[:40]}", "not supported as solid cells") for kind, n in odd.items()]
 
@@ -173,9 +173,9 @@ def _import_load(load: ElementT, words: NumberParser, place: dict[int, int], fou
         first, _, last = word.partition("-")
         low, high = words.whole(first), words.whole(last or first)
         if high < low:
-            raise words.wrong(f"`{word[:40]}` ends before it begins")
+            raise words.unreadable_error(f"`{word[:40]}` ends before it begins")
         if high - low + len(numbers) > LIMIT:
-            raise words.wrong(f"`{word[:40]}` has too many atoms")
+            raise words.unreadable_error(f"`{word[:40]}` has too many atoms")
         numbers.update(range(low, high + 1))
     if lost := len(numbers - place.keys()):
         found.left.append(NotImported(f"{what} on {lost} atoms", "they belong to no cell"))

@@ -132,7 +132,7 @@ def _count_pieces(deck: Deck) -> None:
 
 def _report_inverted_cells(deck: Deck, units: FileUnits) -> str | None:
     """Return a text with the number of inverted cells and the place of the first; None if there are none."""
-    if not len(own := deck.inside_out):
+    if not len(own := deck.inverted_cells):
         return None
     middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
     place = format_position(middle)
@@ -192,9 +192,9 @@ class _Writer:
         for name, part in zip(materials, parts, strict=True):
             yield f"material {name} = {self._material_text(part)}"
         unit = self.units.length.text
-        kept = ", coincident = keep" if len(self.doubled) else ""
+        kept = ", coincident = keep" if len(self.coincident_nodes) else ""
         if kept:
-            deck.taken.append(f"{len(self.doubled)} nodes coincide with others but are not connected to them")
+            deck.taken.append(f"{len(self.coincident_nodes)} nodes coincide with others but are not connected to them")
         kept += ", pieces = keep" if deck.pieces > 1 else ""
         yield f"body body = solid(mesh({_quote_text(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
@@ -237,7 +237,7 @@ class _Writer:
         for vector in deck.weights:
             size = math.sqrt(sum(v * v for v in vector))
             if size > 0.0:
-                told = self.units.of_acceleration(size)
+                told = self.units.acceleration_in_si(size)
                 yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
                        f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
 
@@ -250,12 +250,12 @@ class _Writer:
                               "give their material: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
             return _supplied_constructor(self.filled.material)
-        fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
+        fields = [f"{name} = {self.units.format_stress(value)}" for name, value in law.stresses.items()]
         fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
-        fields += [f"{name} = [{', '.join(map(self.units.of_stress, own))}]" for name, own in law.stress_lists.items()]
+        fields += [f"{name} = [{', '.join(map(self.units.format_stress, own))}]" for name, own in law.stress_lists.items()]
         fields += [f"{name} = [{', '.join(map(repr, own))}]" for name, own in law.lists.items()]
         if law.density is not None:
-            density = self.units.of_density(law.density)
+            density = self.units.format_density(law.density)
         elif self.filled.density is not None:
             density = self.filled.density
         elif self.deck.static and not self.deck.weights:
@@ -290,7 +290,7 @@ class _Writer:
         return unit if number == "1" else f"* {self.units.length.text}"
 
     @cached_property
-    def doubled(self) -> Ints:
+    def coincident_nodes(self) -> Ints:
         """Nodes (k,) that coincide with another node, so that their position does not identify them."""
         if self.deck.mesh is not None:
             return np.zeros(0, dtype=np.int64)
@@ -302,32 +302,32 @@ class _Writer:
         yield f"region {region} = group(body, {_quote_text(region)})"
         name = self.name("load", push.name)
         if push.pressure is not None:
-            magnitude = self.units.of_stress(push.pressure)
+            magnitude = self.units.format_stress(push.pressure)
             yield f"load {name} = pressure(body, where = {region}, magnitude = {magnitude})"
         elif push.traction is not None:
-            items = ", ".join(self.units.of_stress(v) for v in push.traction)
+            items = ", ".join(self.units.format_stress(v) for v in push.traction)
             yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
 
     def _nodal_force_lines(self, forces: Sequence[NodeForces]) -> Iterator[str]:
         known = self._forces_at_unique_nodes(self._without_roundoff_forces(forces))
         many = sum(len(force.nodes) for force in known)
         if many > FORCES:
-            total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
+            total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.force_in_newtons(1.0)
             self.deck.left.append(NotImported(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
                                        f"a scene has one declaration per force, at most {FORCES}"))  # fmt: skip
             return
         for force in known:
-            vector = _vector([self.units.of_force(v) for v in force.force])
+            vector = _vector([self.units.force_in_newtons(v) for v in force.force])
             for node in force.nodes.tolist():
                 at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
 
     def _forces_at_unique_nodes(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
         """Return the forces at nodes with a unique position; list the others as not imported."""
-        own = [np.isin(force.nodes, self.doubled) for force in forces]
+        own = [np.isin(force.nodes, self.coincident_nodes) for force in forces]
         if many := sum(int(double.sum()) for double in own):
             each = (double.sum() * np.array(force.force) for force, double in zip(forces, own, strict=True))
-            total = np.sum(list(each), axis=0) * self.units.of_force(1.0)
+            total = np.sum(list(each), axis=0) * self.units.force_in_newtons(1.0)
             self.deck.left.append(NotImported(f"forces on {many} nodes, {_vector(total.tolist())} N in all", DOUBLED))
         told = (replace(force, nodes=force.nodes[~double]) for force, double in zip(forces, own, strict=True))
         return [force for force in told if len(force.nodes)]

@@ -18,7 +18,7 @@ class NumberParser:
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def wrong(self, reason: str) -> Unreadable:
+    def unreadable_error(self, reason: str) -> Unreadable:
         """Return the exception for an error in the file."""
         return Unreadable(self.name, reason, AGAIN)
 
@@ -30,9 +30,9 @@ class NumberParser:
                 raise ValueError
             found: Floats = np.array(words, dtype=np.float64)
         except ValueError:
-            raise self.wrong(f"`{(text or '').strip()[:40]}` are not numbers") from None
+            raise self.unreadable_error(f"`{(text or '').strip()[:40]}` are not numbers") from None
         if not np.isfinite(found).all() or (count is not None and len(found) != count):
-            raise self.wrong(f"`{(text or '').strip()[:40]}` are not {count or 'finite'} numbers")
+            raise self.unreadable_error(f"`{(text or '').strip()[:40]}` are not {count or 'finite'} numbers")
         return found
 
     def number(self, text: str | None) -> float:
@@ -43,14 +43,14 @@ class NumberParser:
         """Return whole numbers >= 0. Raises Unreadable."""
         found = self.floats(text)
         if (found != np.floor(found)).any() or (np.abs(found) > LARGEST).any() or (found < 0).any():
-            raise self.wrong(f"`{(text or '').strip()[:40]}` are not whole numbers")
+            raise self.unreadable_error(f"`{(text or '').strip()[:40]}` are not whole numbers")
         return found.astype(np.int64)
 
     def whole(self, text: str | None) -> int:
         """Return one whole number >= 0. Raises Unreadable."""
         found = self.wholes(text)
         if len(found) != 1:
-            raise self.wrong(f"`{(text or '').strip()[:40]}` is not a whole number")
+            raise self.unreadable_error(f"`{(text or '').strip()[:40]}` is not a whole number")
         return int(found[0])
 
 

@@ -24,7 +24,7 @@ def find_bare_constructor(
         kind = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if node.text not in words or kind == field.kind:
             return None
-        raise place.fail("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
+        raise place.record_error("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
                          f"{article(kind)} {kind}",
                          f"`{node.text}` is also {field.expected}: give the {kind} another name")  # fmt: skip
     if node.text in words:
@@ -35,7 +35,7 @@ def find_bare_constructor(
     close = find_misspelling(node.text, words)
     if close is None:
         return None
-    raise place.fail("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",
+    raise place.record_error("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",
                      did_you_mean(close))  # fmt: skip
 
 

@@ -90,9 +90,9 @@ class Binder:
         others = self.vocabulary.find(name)
         if not others and (present := renamed_words.CONSTRUCTORS.get(name)) in known:
             message = f"there is no {kind} `{name}`"
-            raise self.place.fail("E203", node.function.span, message, "an earlier name", renamed_words.remedy(present))
-        if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
-            raise self.place.fail("E730", node.function.span, *lost)
+            raise self.place.record_error("E203", node.function.span, message, "an earlier name", renamed_words.remedy(present))
+        if not others and (lost := self.vocabulary.broken_plugin_message(kind, name)) is not None:
+            raise self.place.record_error("E730", node.function.span, *lost)
         meant = foreign_aliases.WORDS.get(name)
         close = meant if meant in known else find_misspelling(name, known)
         if others:
@@ -105,7 +105,7 @@ class Binder:
             hint = other_word or f"{kind} constructors: {', '.join(known)}"
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
-        raise self.place.fail("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
+        raise self.place.record_error("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
 
     # ------------------------------------------------------------------ arguments to fields
 
@@ -117,7 +117,7 @@ class Binder:
             if field is None:
                 broken = True
             elif field.name in bound:
-                self.place.fail(
+                self.place.record_error(
                     "E211", argument.span, f"`{field.name}` is given twice", "the second value", "keep one of them"
                 )
                 broken = True
@@ -135,7 +135,7 @@ class Binder:
                 continue
             adjacent = b.span.start == a.span.end + 1 and b.text.isdigit()
             if adjacent and field.dimension not in (None, units.NONE):
-                raise self.place.fail("E113", tree.span_between(a.span, b.span), "the decimal sign is a point",
+                raise self.place.record_error("E113", tree.span_between(a.span, b.span), "the decimal sign is a point",
                                       "a comma separates arguments",
                                 write(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
 
@@ -158,7 +158,7 @@ class Binder:
     def _report_unknown_override(self, constructor: Constructor, attribute: str, override: Override) -> None:
         hint = self._field_hint(constructor, attribute)
         message = f"`{constructor.name}` has no field `{attribute}`"
-        override.place.fail("E205", override.name_span, message, "not a field", hint)
+        override.place.record_error("E205", override.name_span, message, "not a field", hint)
 
     def _refuse_comparison(self, constructor: Constructor, value: tree.Expression) -> None:
         """Refuse a comparison such as `strain == small` in place of the assignment of a field."""
@@ -167,7 +167,7 @@ class Binder:
         name, given = (self._text_of(operand) for operand in value.operands[:2])
         if constructor.field(name) is not None:
             problem, help = f"expected `=` after `{name}`, found `==`", write(f"{name} = {given}")
-            raise self.place.fail("E106", value.span, problem, "a comparison", help)
+            raise self.place.record_error("E106", value.span, problem, "a comparison", help)
 
     def _find_field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
         if argument.name is None:
@@ -176,14 +176,14 @@ class Binder:
                 return constructor.fields[position]
             count = len(constructor.fields)
             fields = f"{count} field" + ("s" if count != 1 else "")
-            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
+            self.place.record_error("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
                             "too many",
                             self._list_fields(constructor))  # fmt: skip
             return None
         field = constructor.field(argument.name)
         if field is None:
             span = argument.name_span or argument.span
-            self.place.fail("E205", span, f"`{constructor.name}` has no field `{argument.name}`",
+            self.place.record_error("E205", span, f"`{constructor.name}` has no field `{argument.name}`",
                             "not a field",
                             self._field_hint(constructor, argument.name))  # fmt: skip
         return field
@@ -219,7 +219,7 @@ class Binder:
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
         meanings = "; ".join(f.meaning + self.unit_hint(f) for f in unexplained)
-        self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
+        self.place.record_error("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
         return True
 
     @staticmethod
@@ -250,19 +250,19 @@ class Binder:
         form = "value_object" if field.form == "value" else field.form
         return getattr(self, f"_{form}")(field, node, place)
 
-    def wrong(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
+    def report_wrong_form(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
         """Record an error about a value that is not of the form that its field expects, and return the error."""
         found = evaluation.describe_expression(node)
-        return place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
+        return place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
     def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, VectorValue):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         self.dimension(field, node, place, value)
         self.within(field, node, place, value.value)
         return value.value
@@ -281,7 +281,7 @@ class Binder:
         problem = f"expected {units.dimension_name(due)}, found {found}"
         named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
         help = quotient_warnings.suggest_quotient(node, place.source.text, value.dimension, due, named) or hint
-        raise place.fail("E204", node.span, problem, label, help, self._parameter_origins(node))
+        raise place.record_error("E204", node.span, problem, label, help, self._parameter_origins(node))
 
     def _parameter_origins(self, node: tree.Expression) -> tuple[Second, ...]:
         """Return the places where the parameters in an expression get their values, for messages."""
@@ -297,7 +297,7 @@ class Binder:
     def within(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
         """Refuse a number, in SI units, outside the range of its field. Raises EvaluationError."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
-            raise place.fail(
+            raise place.record_error(
                 "E301",
                 node.span,
                 f"`{field.name}` is too large or too small to compute with",
@@ -310,7 +310,7 @@ class Binder:
         shown = units.format_value(value, field.dimension or units.NONE)
         help = foreign_aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node.operand if isinstance(node, tree.Unary) else node, tree.Number)
-        raise place.fail(
+        raise place.record_error(
             "E301",
             node.span,
             f"`{field.name}` must be {limits}",
@@ -323,13 +323,13 @@ class Binder:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
+            raise place.record_error("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
         if isinstance(node, tree.String | tree.Compare):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
             found = evaluation.describe_expression(node) if isinstance(value, Quantity) else str(len(value.values))
-            raise place.fail("E207", node.span, f"expected three components, found {found}",
+            raise place.record_error("E207", node.span, f"expected three components, found {found}",
                              "not a vector of three",
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
         self.dimension(field, node, place, value)
@@ -339,10 +339,10 @@ class Binder:
 
     def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
         if q.dimension != units.NONE or q.value != int(q.value):
-            raise place.fail("E204", node.span,
+            raise place.record_error("E204", node.span,
                              f"expected a whole number, found {units.format_value(q.value, q.dimension)}",
                              "not a whole number", field.meaning)  # fmt: skip
         self.within(field, node, place, q.value)
@@ -353,28 +353,28 @@ class Binder:
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
-            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
-        raise self.wrong(field, node, place)
+            raise place.record_error("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
+        raise self.report_wrong_form(field, node, place)
 
     def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.Name | tree.String):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
         if word in field.options and isinstance(node, tree.Name):
             return word
         if word in field.options:
-            raise place.fail(
+            raise place.record_error(
                 "E212", node.span, f"a choice for `{field.name}` must not be in quotes", "a text", write(word)
             )
         meant = foreign_aliases.CHOICES.get(word)
         close = meant if meant in field.options else find_misspelling(word, field.options)
         due = f"`{field.name}` is {field.expected}"
         hint = did_you_mean(close, more=f" {due}") if close else due
-        raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
+        raise place.record_error("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
     def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.String):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         return node.value
 
     def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
@@ -382,17 +382,17 @@ class Binder:
         if name.startswith("data:"):
             return self._data_set_name(name, node, place)
         if not name.strip():
-            raise place.fail("E401", node.span, "the name of the file is empty", "no name", HOME)
+            raise place.record_error("E401", node.span, "the name of the file is empty", "no name", HOME)
         path = self.module.folder / name
         if "\0" not in name and (os.path.isfile(path) or (field.folder and os.path.isdir(path))):
             return str(path)
         folder = path.parent
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
         if os.path.isdir(path):
-            raise place.fail("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
+            raise place.record_error("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
         meant = Path(name).with_name(close).as_posix() if close else ""
         hint = did_you_mean(meant, f'"{meant}"') if close else HOME
-        raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
+        raise place.record_error("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _data_set_name(self, name: str, node: tree.Expression, place: Place) -> str:
         """Return the name of a public data set, which is downloaded when the scene runs. Raises EvaluationError."""
@@ -403,7 +403,7 @@ class Binder:
             return name
         close = nearest(name, known)
         hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
-        raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
+        raise place.record_error("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
@@ -415,10 +415,10 @@ class Binder:
                 low, usual = node.text.lower(), foreign_aliases.DIRECTIONS[node.text]
                 hint = Remedy(f"name a direction by coordinates: {usual}", Fix(low) if low in "xyz" else None)
                 found = f"the name `{node.text}`"
-                raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
+                raise place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
                 return self._normalised(field, node, place)
-        raise self.wrong(field, node, place)
+        raise self.report_wrong_form(field, node, place)
 
     def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
@@ -426,44 +426,44 @@ class Binder:
             found = evaluation.describe_value(value)
             if not isinstance(value, Quantity):
                 found = f"{len(value.values)} components"
-            raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found,
+            raise place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found,
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
             found = evaluation.describe_value(value)
             help = "write a direction without a unit: `(0, 0, -1)`"
-            raise place.fail("E204", node.span, f"expected a direction, found {found}", found, help)
+            raise place.record_error("E204", node.span, f"expected a direction, found {found}", found, help)
         norm = math.hypot(*value.values)
         if norm == 0.0:
-            raise place.fail("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
+            raise place.record_error("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
     def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
-        find = self.compiler.named
+        find = self.compiler.resolve_declaration
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
+            raise place.record_error("E207", node.span, f"expected {field.expected}, found a text", "a text",
                              write(node.value, ", without quotes"))  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"write names without quotes; declared {field_schema.plural(field.kind)}: {known}"
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
+            raise place.record_error("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
-            raise self.wrong(field, node, place)
-        self.compiler.named(node, field.kind, self.module, place, field.also)
+            raise self.report_wrong_form(field, node, place)
+        self.compiler.resolve_declaration(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
     def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         return tuple(self._name(field, item, place) for item in node.items)
 
     def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
         if not isinstance(node, tree.List):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
         if field.dimension is not None and value.values:
             self.dimension(field, node, place, value)
@@ -478,22 +478,22 @@ class Binder:
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
             word = find_bare_constructor(self.compiler.scope, self.module, field, node, place)
-            return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
-        raise self.wrong(field, node, place)
+            return word.cls() if word else self.compiler.resolve_declaration(node, field.kind, self.module, place).thing
+        raise self.report_wrong_form(field, node, place)
 
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
-            raise place.fail("E207", node.span, "expected an element, found a text", "a text",
+            raise place.record_error("E207", node.span, "expected an element, found a text", "a text",
                              write(node.value, ", without quotes"))  # fmt: skip
         if not isinstance(node, tree.Name):
-            raise self.wrong(field, node, place)
+            raise self.report_wrong_form(field, node, place)
         if node.text in elements:
             return node.text
         meant = foreign_aliases.CELLS.get(node.text)
         close = meant if meant in elements else find_misspelling(node.text, elements)
         hint = did_you_mean(close) if close else "elements: " + ", ".join(elements)
-        raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
+        raise place.record_error("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 
 
 def _axis_unit_vector(axis: str, sign: float) -> tuple[float, ...]:

@@ -52,7 +52,7 @@ def compile_scene(
     """Return the scene of a text, and all diagnostics; the scene is complete only if none of them is an error."""
     diagnostics, given = BoundedDiagnostics(), list[Override]()
     table = scene_sources.ModuleTable(vocabulary)
-    with diagnostics.bounded():
+    with diagnostics.stop_when_full():
         scene_sources.load_modules(table, source, folder, file, diagnostics)
         _remove_unknown_kinds(table)
         given = parameter_overrides.read_overrides(replacements, diagnostics)
@@ -76,7 +76,7 @@ def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagn
 
 def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     diagnostics = BoundedDiagnostics()
-    table = known.again(diagnostics)
+    table = known.with_diagnostics(diagnostics)
     added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
     varied = tuple(o.text for o in more)
     texts = (*scene.overrides, *varied)
@@ -113,7 +113,7 @@ def restore_scene(
     state, None for all.
     """
     diagnostics = BoundedDiagnostics()
-    known = table.again(diagnostics)
+    known = table.with_diagnostics(diagnostics)
     scene, found = _compile(known, path, parameter_overrides.read_overrides(texts, diagnostics), diagnostics, texts)
     if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
         raise SceneError(errors)
@@ -128,7 +128,7 @@ def _compile(
     compiler = Compiler(scope, {})
     main = table.modules[0]
     title = ""
-    with diagnostics.bounded():
+    with diagnostics.stop_when_full():
         compiler.replaced = parameter_overrides.assign_overrides(given, table)
         scope.touched = frozenset(n for name in compiler.replaced for n in (name, name.rpartition(".")[0]))
         title = _find_title(main)
@@ -149,13 +149,13 @@ def _compile(
         table=table,
         made=None if diagnostics else ReusableParts(values, declared, scope.needs),
     )
-    return scene, diagnostics.closed()
+    return scene, diagnostics.merged_diagnostics()
 
 
 def _find_title(module: Module) -> str:
     titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
     for extra in titles[1:]:
-        module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one title")
+        module.place.record_error("E208", extra.span, "the scene has two titles", "the second title", "keep one title")
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
 
 
@@ -183,7 +183,7 @@ def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Plac
     kinds = (*vocabulary, *STATEMENTS)
     if (present := renamed_words.KINDS.get(node.kind)) is not None:
         problem = f"`{node.kind}` is not a kind of declaration"
-        place.fail("E202", node.kind_span, problem, "an earlier name", renamed_words.remedy(present))
+        place.record_error("E202", node.kind_span, problem, "an earlier name", renamed_words.remedy(present))
         return
     meant = foreign_aliases.WORDS.get(node.kind, node.kind)
     made = next((c.kind for c in vocabulary.find(meant)), None)
@@ -195,7 +195,7 @@ def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Plac
     else:
         known = explain_foreign_word(node.kind) or "kinds of declarations: " + ", ".join(kinds)
         hint = did_you_mean(close) if close else known
-    place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
+    place.record_error("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
 
 
 @dataclass
@@ -237,12 +237,12 @@ class Compiler:
             return known
         symbol = self.table.symbols[full]
         if len(self._open) >= DEEPEST:
-            raise symbol.module.place.fail(
+            raise symbol.module.place.record_error(
                 "E210", symbol.node.name_span,
                 f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
                 "declare a name before the declarations that refer to it",
             )  # fmt: skip
-        if self.scope.known is not None and self.scope.same(full):
+        if self.scope.known is not None and self.scope.is_unchanged(full):
             self.declared[full] = made = self.scope.known.declared[full]
             return made
         self.declared[full] = None
@@ -262,7 +262,7 @@ class Compiler:
             return self._compile_alias(full, node, node.value, module)
         if not isinstance(node.value, tree.Call):
             found = describe_expression(node.value)
-            raise module.place.fail(
+            raise module.place.record_error(
                 "E207", node.value.span, f"expected {field_schema.article(node.kind)} {node.kind}, found {found}",
                 found,
                 f"constructors of {field_schema.plural(node.kind)}: " + ", ".join(self.table.vocabulary[node.kind]),
@@ -277,15 +277,15 @@ class Compiler:
         known_words = self.table.vocabulary[node.kind]
         close = name.text if name.text in known_words else find_misspelling(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
-            raise module.place.fail(
+            raise module.place.record_error(
                 "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",
                 f"write `{close}(...)`, with the fields that it needs; see `dsl explain {close}`",
             )  # fmt: skip
-        target = self.named(name, node.kind, module, module.place)
+        target = self.resolve_declaration(name, node.kind, module, module.place)
         location, own = Location(module.source, node.span), Location(module.source, node.name_span)
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
-    def named(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
+    def resolve_declaration(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
         """Return the declaration that a name refers to. Raises EvaluationError.
 
         It must be of `kind`, or of a kind in `also`.
@@ -297,7 +297,7 @@ class Compiler:
             hint = f"declare one: `{kind} NAME = ...`"
             if others:
                 hint = f"declared {field_schema.plural(kind)}: {field_schema.join_names(others)}"
-            raise place.fail(
+            raise place.record_error(
                 "E213", name.span, f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
                 f"{field_schema.article(found)} {found}", hint,
             )  # fmt: skip
@@ -311,7 +311,7 @@ class Compiler:
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:
             problem = f"`{full}` refers to itself"
-        place.fail("E210", name.span, problem, "closes the circle", "define one of these names with its own call")
+        place.record_error("E210", name.span, problem, "closes the circle", "define one of these names with its own call")
 
     # ------------------------------------------------------------------ expectations
 

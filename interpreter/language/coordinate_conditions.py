@@ -123,7 +123,7 @@ class Term:
                 return _scale_plane(self.plane, 1.0 / other.value)
         return None
 
-    def function(self, name: str) -> Term:
+    def apply_function(self, name: str) -> Term:
         """Return the square root or absolute value of this term, by the `name` sqrt or abs."""
         f = _FUNCTIONS[name]
         return Term(lambda p: f(self.at(p)), True, axes=self.axes, inside=self if name == "abs" else None)
@@ -234,7 +234,7 @@ class Condition:
         """Return whether points (x, y, z), m, satisfy the condition in a body with this extent, m."""
         return self._test((x, y, z), extent)
 
-    def given(self, levels: Sequence[Any], extent: float) -> Any:
+    def holds_for_levels(self, levels: Sequence[Any], extent: float) -> Any:
         """Return whether points satisfy the condition, from the levels of its borders at the points, in their order."""
         return self._told(levels, extent)
 

@@ -36,10 +36,10 @@ Read = Callable[["Binder", Field, tree.Expression, Place], Any]
 def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Quantity:
     """Parse a quantity of any dimension; validation checks the dimension later. Raises EvaluationError."""
     if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(node)
     if isinstance(value, VectorValue):
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     binder.within(replace(field, dimension=value.dimension), node, place, value.value)
     return value
 
@@ -49,7 +49,7 @@ def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Pl
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list", dimension=None), node, place)
         if not found.values:
-            raise binder.wrong(field, node, place)
+            raise binder.report_wrong_form(field, node, place)
         return found
     one = parse_amount(binder, field, node, place)
     return VectorValue((one.value,), one.dimension)
@@ -73,7 +73,7 @@ def parse_points(binder: Binder, field: Field, node: tree.Expression, place: Pla
     The unit behind the list applies to each point without a unit of its own.
     """
     if not isinstance(node, tree.List):
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     return tuple(_parse_point(binder, field, item, node.unit, place) for item in node.items)
 
 
@@ -82,11 +82,11 @@ def _parse_point(
 ) -> tuple[float, float]:
     item = _with_list_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
-        raise binder.wrong(field, item, place)
+        raise binder.report_wrong_form(field, item, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(item)
     if not isinstance(value, VectorValue) or len(value.values) != 2:
         found = f"{len(value.values)} coordinates" if isinstance(value, VectorValue) else describe_expression(item)
-        raise place.fail("E207", item.span, f"expected a point of two coordinates, found {found}",
+        raise place.record_error("E207", item.span, f"expected a point of two coordinates, found {found}",
                          "not a point of a plane", field.meaning)  # fmt: skip
     binder.dimension(field, item, place, value)
     for component in value.values:
@@ -99,12 +99,12 @@ def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Pla
     if not isinstance(node, tree.List):
         return (node,)
     if node.unit is not None or not node.items:
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     known: set[str] = set()
     for item in node.items:
         if isinstance(item, tree.String):
             if item.value in known:
-                raise place.fail("E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them")
+                raise place.record_error("E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them")
             known.add(item.value)
     return node.items
 
@@ -115,7 +115,7 @@ def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Pl
     The unit behind the bracket applies to all components without a unit.
     """
     if not isinstance(node, tree.List) or not node.items:
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     one = replace(field, form="vector")
     return tuple(binder.value(one, _with_list_unit(item, node.unit), place) for item in node.items)
 
@@ -130,12 +130,12 @@ def parse_components(binder: Binder, field: Field, node: tree.Expression, place:
     name = field.name
     help = f"write `{name} = z` or `{name} = (x, y)`; by default `{name}` is all three"
     if not items:
-        raise place.fail("E212", node.span, f"`{name}` names no component", "empty", help)
+        raise place.record_error("E212", node.span, f"`{name}` names no component", "empty", help)
     found = []
     for item in items:
         if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
             problem = f"expected x, y or z, found {describe_expression(item)}"
-            raise place.fail("E212", item.span, problem, "not a component", help)
+            raise place.record_error("E212", item.span, problem, "not a component", help)
         found.append("xyz".index(item.text))
     return tuple(sorted(set(found)))
 
@@ -145,11 +145,11 @@ def parse_integer_pairs(
 ) -> tuple[tuple[int, int], ...]:
     """Parse a list of pairs of whole numbers. Raises EvaluationError."""
     if not isinstance(node, tree.List) or node.unit is not None or not node.items:
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     one, found = replace(field, form="integer"), []
     for item in node.items:
         if not isinstance(item, tree.Vector) or item.unit is not None or len(item.items) != 2:
-            raise binder.wrong(field, item, place)
+            raise binder.report_wrong_form(field, item, place)
         first, second = (binder.value(one, number, place) for number in item.items)
         found.append((first, second))
     return tuple(found)
@@ -160,7 +160,7 @@ def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place:
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list"), node, place)
         if not found.values:
-            raise binder.wrong(field, node, place)
+            raise binder.report_wrong_form(field, node, place)
         return found.values
     return (binder.value(replace(field, form="quantity"), node, place),)
 
@@ -172,7 +172,7 @@ class DataFieldFinder:
     binder: Binder
     place: Place
 
-    def vary(self, node: tree.Expression) -> bool:
+    def varies_in_space(self, node: tree.Expression) -> bool:
         """Return whether coordinates or data fields occur in an expression."""
         parts = (part for part, _ in tree.walk(node))
         return any(self.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
@@ -181,26 +181,26 @@ class DataFieldFinder:
         """Return whether a part of an expression is a data field, given by a call or by a declared name."""
         if isinstance(part, tree.Call):
             return part.function.text in self.binder.vocabulary.get("field", {})
-        return isinstance(part, tree.Name) and self.names(part, "field")
+        return isinstance(part, tree.Name) and self.is_name_of_kind(part, "field")
 
-    def names(self, part: tree.Name, kind: str) -> bool:
+    def is_name_of_kind(self, part: tree.Name, kind: str) -> bool:
         """Return whether a name refers to a declaration of a kind."""
         symbol = self.binder.compiler.table.symbols.get(self.binder.module.prefix + part.text)
         return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == kind
 
-    def made(self, part: tree.Expression) -> Any:
+    def resolve_data_field(self, part: tree.Expression) -> Any:
         """Return the data field that a part of an expression refers to. Raises EvaluationError."""
         if isinstance(part, tree.Call):
             return self.binder.call("field", part, outermost=False)[1]
         if not isinstance(part, tree.Name):
             raise TypeError("a field is a call or a name")
-        return self.binder.compiler.named(part, "field", self.binder.module, self.place).thing
+        return self.binder.compiler.resolve_declaration(part, "field", self.binder.module, self.place).thing
 
 
 def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
     """Parse a constant that varies in space; return None for a constant that does not. Raises EvaluationError."""
     fields = DataFieldFinder(binder, place)
-    if not fields.vary(node):
+    if not fields.varies_in_space(node):
         return None
     from softmark.interpreter.language import profile_syntax  # not imported for scenes with constant materials
 
@@ -212,12 +212,12 @@ def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Pl
 def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
     """Parse a fibre direction: a vector, three expressions of the coordinates, or a rule. Raises EvaluationError."""
     declared = DataFieldFinder(binder, place)
-    if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.names(node, "fibres")):
+    if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.is_name_of_kind(node, "fibres")):
         return binder.value(replace(field, form="value"), node, place)
-    if not (isinstance(node, tree.Vector) and declared.vary(node)):
+    if not (isinstance(node, tree.Vector) and declared.varies_in_space(node)):
         return binder.value(replace(field, form="direction"), node, place)
     if len(node.items) != 3 or node.unit is not None:
-        raise binder.wrong(field, node, place)
+        raise binder.report_wrong_form(field, node, place)
     from softmark.interpreter.language import profile_syntax
     from softmark.interpreter.language.spatial_profiles import DirectionProfile
 
@@ -225,7 +225,7 @@ def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Pla
     parts = [profile_syntax.read_profile(item, evaluator, declared, field) for item in node.items]
     for item, part in zip(node.items[1:], parts[1:], strict=True):
         if part.dimension != parts[0].dimension:
-            raise place.fail("E204", item.span, "the components of a direction must have the same dimension",
+            raise place.record_error("E204", item.span, "the components of a direction must have the same dimension",
                              f"not {units.dimension_name(parts[0].dimension)}",
                              "write zero with its unit: `(-y, x, 0 mm)`"
                              )  # fmt: skip
@@ -260,7 +260,7 @@ def create_object(
         return constructor.cls(**values)
     except InvalidCombination as wrong:
         value, place = bound.get(wrong.field, (node.function, binder.place))
-        raise place.fail("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
+        raise place.record_error("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
 
 
 def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
@@ -273,13 +273,13 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
             fields = [f for name in names if (f := constructor.field(name)) is not None]
             each = (f"`{f.name}`, {re.split('[;,]', f.doc)[0]}{binder.unit_hint(f)}" for f in fields)
             meanings = f"give one of them: {'; or '.join(each)}"
-            binder.place.fail(
+            binder.place.record_error(
                 "E351", node.function.span, f"`{constructor.name}` needs either {told}", "one is missing", meanings
             )
         elif len(given) > 1:
             value, place = bound[given[-1]]
             problem = f"`{constructor.name}` takes {told}, not both"
-            place.fail("E351", value.span, problem, "one follows from the other", f"remove `{given[-1]}`")
+            place.record_error("E351", value.span, problem, "one follows from the other", f"remove `{given[-1]}`")
         broken |= len(given) != 1
     return broken
 
@@ -293,7 +293,7 @@ def default_selection(binder: Binder, constructor: Constructor, bound: Mapping[s
     if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
         return {}
     try:
-        known = is_rigid(binder.compiler.named(given[0], "body", binder.module, given[1]))
+        known = is_rigid(binder.compiler.resolve_declaration(given[0], "body", binder.module, given[1]))
     except EvaluationError:
         known = True  # an invalid body is reported elsewhere
     return {"where": EVERYWHERE} if known else {}

@@ -250,7 +250,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         """Return the plugin that defines a constructor, or None for a built-in one."""
         return next((p for p in self.plugins if name in p.words.get(kind, ())), None)
 
-    def broken(self, kind: str, name: str) -> tuple[str, str, str] | None:
+    def broken_plugin_message(self, kind: str, name: str) -> tuple[str, str, str] | None:
         """Return message, label and help for a name that belongs, or may belong, to a broken plugin; otherwise None."""
         for plugin in self.plugins:
             if (why := plugin.broken.get((kind, name))) is not None:

@@ -32,11 +32,11 @@ class Values:
     may: Bools
     none: Bools
 
-    def combined(self, other: Values, low: Floats, high: Floats) -> Values:
+    def binary_function_bounds(self, other: Values, low: Floats, high: Floats) -> Values:
         """Return bounds `low` and `high` (n,) of a function of two values; it is undefined where one of them is."""
         return _make_bounds(low, high, self.may | other.may, self.none | other.none)
 
-    def without(self, may: Bools, none: Bools, low: Floats, high: Floats) -> Values:
+    def partial_function_bounds(self, may: Bools, none: Bools, low: Floats, high: Floats) -> Values:
         """Return bounds `low` and `high` (n,) of a function that is undefined also outside its domain.
 
         The mask `may` (n,) is true where the value may lie outside the domain, `none` (n,) where it lies outside
@@ -92,9 +92,9 @@ def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | Non
     a, b = parts[0], parts[-1]
     match node.do:
         case "+":
-            return a.combined(b, a.low + b.low, a.high + b.high)
+            return a.binary_function_bounds(b, a.low + b.low, a.high + b.high)
         case "-":
-            return a.combined(b, a.low - b.high, a.high - b.low)
+            return a.binary_function_bounds(b, a.low - b.high, a.high - b.low)
         case "negated":
             return Values(-a.high, -a.low, a.may, a.none)
         case "*":
@@ -107,7 +107,7 @@ def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | Non
             f = np.minimum if node.do == "min" else np.maximum
             found = a
             for part in parts[1:]:
-                found = found.combined(part, f(found.low, part.low), f(found.high, part.high))
+                found = found.binary_function_bounds(part, f(found.low, part.low), f(found.high, part.high))
             return found
     return _bound_function(node.do, a)
 
@@ -115,13 +115,13 @@ def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | Non
 def _bound_monotonic(a: Values, b: Values, f: np.ufunc) -> Values:
     """Return bounds of a function f that is monotonic in each of its two arguments."""
     each = np.array([f(x, y) for x in (a.low, a.high) for y in (b.low, b.high)])
-    return a.combined(b, each.min(axis=0), each.max(axis=0))
+    return a.binary_function_bounds(b, each.min(axis=0), each.max(axis=0))
 
 
 def _bound_inverse(a: Values) -> Values:
     through = (a.low <= 0.0) & (a.high >= 0.0)
     low, high = (np.where(through, s * np.inf, 1.0 / x) for s, x in ((-1.0, a.high), (1.0, a.low)))
-    return a.without(through, (a.low == 0.0) & (a.high == 0.0), low, high)
+    return a.partial_function_bounds(through, (a.low == 0.0) & (a.high == 0.0), low, high)
 
 
 def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
@@ -134,15 +134,15 @@ def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
         low, high = each.min(axis=0), each.max(axis=0)
         through = (a.low < 0.0) & (a.high > 0.0)
         return Values(np.where(through & (n % 2 == 0), 0.0, low), high, a.may, a.none)
-    base = a.without(a.low < 0.0, a.high < 0.0, np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))
+    base = a.partial_function_bounds(a.low < 0.0, a.high < 0.0, np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))
     return _bound_monotonic(base, b, np.power)
 
 
 def _bound_function(name: str, a: Values) -> Values:
     if name == "sqrt":
-        return a.without(a.low < 0.0, a.high < 0.0, np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0)))
+        return a.partial_function_bounds(a.low < 0.0, a.high < 0.0, np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0)))
     if name == "log":
-        return a.without(a.low <= 0.0, a.high <= 0.0, np.log(np.maximum(a.low, 0.0)), np.log(np.maximum(a.high, 0.0)))
+        return a.partial_function_bounds(a.low <= 0.0, a.high <= 0.0, np.log(np.maximum(a.low, 0.0)), np.log(np.maximum(a.high, 0.0)))
     if name == "exp":
         return Values(np.exp(a.low), np.exp(a.high), a.may, a.none)
     if name == "abs":
@@ -153,7 +153,7 @@ def _bound_function(name: str, a: Values) -> Values:
         return _bound_cosine(a, 0.5 * np.pi if name == "sin" else 0.0)
     pole = np.floor(a.high / np.pi - 0.5) > np.floor(a.low / np.pi - 0.5)  # tan
     low, high = np.where(pole, -np.inf, np.tan(a.low)), np.where(pole, np.inf, np.tan(a.high))
-    return a.without(pole, np.zeros_like(pole), low, high)
+    return a.partial_function_bounds(pole, np.zeros_like(pole), low, high)
 
 
 def _bound_cosine(a: Values, late: float) -> Values:

@@ -30,7 +30,7 @@ class BoundedDiagnostics(list[Diagnostic]):
             self.append(diagnostic)
 
     @contextmanager
-    def bounded(self) -> Iterator[None]:
+    def stop_when_full(self) -> Iterator[None]:
         """Run the block until the list of diagnostics is full; check `full` first if it may be full already."""
         try:
             yield
@@ -42,7 +42,7 @@ class BoundedDiagnostics(list[Diagnostic]):
         """True if no more diagnostics are collected."""
         return len(self) >= MOST
 
-    def closed(self) -> list[Diagnostic]:
+    def merged_diagnostics(self) -> list[Diagnostic]:
         """Return the diagnostics without duplicates, which arise if a scene is used twice."""
         found = merge_repeated(dict.fromkeys(self))
         if not self.full:
@@ -75,9 +75,9 @@ def shorten(found: list[Diagnostic]) -> list[Diagnostic]:
         return found
     if errors:
         ledger = BoundedDiagnostics()
-        with ledger.bounded():
+        with ledger.stop_when_full():
             ledger.extend(errors)
-        return ledger.closed()
+        return ledger.merged_diagnostics()
     last, more = found[MOST - 1], len(found) - MOST
     note = f"{more} more warning{'s are' if more > 1 else ' is'} not shown"
     return [*found[: MOST - 1], replace(last, notes=(*last.notes, note))]

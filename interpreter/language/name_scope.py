@@ -50,7 +50,7 @@ class Scope:
         self.used.add(full)
         self._mentioned.add(full)
 
-    def same(self, full: str) -> bool:
+    def is_unchanged(self, full: str) -> bool:
         """Return whether a name means the same as in the earlier compilation.
 
         Neither the name nor any of its dependencies may have changed. If it is the same, its dependencies are recorded
@@ -87,7 +87,7 @@ class Scope:
         symbol = self.resolve(name, module, place)
         if isinstance(symbol.node, tree.Declare):
             kind = symbol.node.kind
-            raise place.fail(
+            raise place.record_error(
                 "E213", name.span, f"expected a number, found the {kind} `{name.text}`",
                 f"{field_schema.article(kind)} {kind}",
                 "only parameters have values: `param L = 178 mm`",
@@ -106,7 +106,7 @@ class Scope:
             return symbol
         if self.table.is_broken(full):
             raise EvaluationError  # its own declaration is reported already
-        raise place.fail(
+        raise place.record_error(
             "E201",
             name.span,
             f"`{name.text}` is not declared",

@@ -26,7 +26,7 @@ from softmark.records import dataclass
 def evaluate_parameters(scope: Scope, replaced: Mapping[str, Override]) -> None:
     """Fill in `scope.parameters` with the values of all parameters; those in error are reported and None."""
     if scope.known is not None:
-        scope.parameters |= {full: value for full, value in scope.known.parameters.items() if scope.same(full)}
+        scope.parameters |= {full: value for full, value in scope.known.parameters.items() if scope.is_unchanged(full)}
     order = _Order(scope, replaced)
     for full in order.run():
         symbol = scope.table.symbols[full]
@@ -97,7 +97,7 @@ class _Order:
             problem = f"parameters depend on each other in a circle: {' -> '.join(shown)}"
             if len(members) == 1:
                 problem = f"the parameter `{need.full}` depends on itself"
-            need.place.fail(
+            need.place.record_error(
                 "E210",
                 need.span,
                 problem,
@@ -158,7 +158,7 @@ class _Evaluation:
             found, due = (f"{w} with {len(value_components(v))} components" for w, v in ((found, new), (due, value)))
         own = Location(self.symbol.module.source, self.node.value.span).text
         help = f"the scene declares `{self.full} = {own}`; give it in {units.usual_units(value.dimension)}"
-        raise place.fail("E204", node.span, f"expected {due}, found {found}", found, help)
+        raise place.record_error("E204", node.span, f"expected {due}, found {found}", found, help)
 
     def _evaluate_interval(self, value: Value) -> field_schema.Interval | None:
         low, high, place = self.node.low, self.node.high, self.symbol.module.place
@@ -172,12 +172,12 @@ class _Evaluation:
                 help = (
                     f"a range must have the dimension of its value: give {due} in {units.usual_units(value.dimension)}"
                 )
-                raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
+                raise place.record_error("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:
             own = place.source.text
             turned = f"{own[high.span.start : high.span.end]} .. {own[low.span.start : low.span.end]}"
-            raise place.fail("E214", tree.span_between(low.span, high.span),
+            raise place.record_error("E214", tree.span_between(low.span, high.span),
                              "the range is empty: its lower end is above its upper end",
                              "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
         return field_schema.Interval(ends[0], ends[1], False, False)
@@ -189,6 +189,6 @@ class _Evaluation:
         if interval is None or not outside:
             return
         where = f" that line {self.node.name_span.line} of the scene declares" if self.override else ""
-        raise place.fail("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
+        raise place.record_error("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
                          f"this is {units.format_value(outside[0], value.dimension)}",
                          f"give a value in the range{where}, or widen the range")  # fmt: skip

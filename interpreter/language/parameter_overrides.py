@@ -48,11 +48,11 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
     span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
     if not equals or not name.strip():
         missing = "`=` and a value are missing" if not equals else "the name is missing"
-        place.fail("E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
+        place.record_error("E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
-        place.fail(
+        place.record_error(
             "E220",
             after,
             "an override has the form `NAME=VALUE`",
@@ -90,7 +90,7 @@ def assign_overrides(overrides: Sequence[Override], table: ModuleTable) -> dict[
 def _report_alias_override(override: Override, owner: str, original: tree.Name) -> None:
     field = override.name.rpartition(".")[2]
     problem = f"`{owner}` has no fields of its own, it is another name for `{original.text}`"
-    override.place.fail(
+    override.place.record_error(
         "E205",
         override.name_span,
         problem,
@@ -104,7 +104,7 @@ def _report_unknown_override(override: Override, table: ModuleTable) -> None:
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):
         kind = f"{field_schema.article(known.node.kind)} {known.node.kind}"
-        override.place.fail(
+        override.place.record_error(
             "E213",
             override.name_span,
             f"`{override.name}` is {kind}, not a parameter",
@@ -118,6 +118,6 @@ def _report_unknown_override(override: Override, table: ModuleTable) -> None:
         close = f"{meant}.{field}"
     listed = ", ".join(parameters) or "none"
     hint = did_you_mean(close) if close else f"parameters of the scene: {listed}"
-    override.place.fail(
+    override.place.record_error(
         "E201", override.name_span, f"`{override.name}` is not a parameter of the scene", "not found", hint
     )

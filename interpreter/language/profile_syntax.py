@@ -23,13 +23,13 @@ from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 class Fields(Protocol):
     """Protocol for access to the data fields (values read from files) in an expression."""
 
-    def vary(self, node: tree.Expression) -> bool:
+    def varies_in_space(self, node: tree.Expression) -> bool:
         """Return whether coordinates or data fields occur in an expression."""
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
         """Return whether a part of an expression is a data field, given by a call or by a declared name."""
 
-    def made(self, part: tree.Expression) -> Any:
+    def resolve_data_field(self, part: tree.Expression) -> Any:
         """Return the data field that a part of an expression refers to. Raises EvaluationError."""
 
 
@@ -54,9 +54,9 @@ class Reader:
     def node(self, node: tree.Expression) -> tuple[Node, Dimension]:
         """Return the node and dimension of an expression. Raises EvaluationError."""
         if self.fields.known(node):
-            field = self.fields.made(node)
+            field = self.fields.resolve_data_field(node)
             return Node("field", value=field), field.unit.dimension
-        if not self.fields.vary(node):
+        if not self.fields.varies_in_space(node):
             return self._read_constant(node)
         match node:
             case tree.Name(parts=(axis,)):
@@ -69,7 +69,7 @@ class Reader:
             case tree.Call():
                 return self._read_function(node)
         found = describe_expression(node)
-        raise self.evaluator.place.fail(
+        raise self.evaluator.place.record_error(
             "E207", node.span, f"expected a number, found {found}", found,
             "write a constant that varies as arithmetic of x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
         )  # fmt: skip
@@ -92,7 +92,7 @@ class Reader:
             case "*":
                 return Node("*", both), units.multiply_dimensions(da, db)
             case "/" if b.do == "number" and b.value == 0.0:
-                raise self.evaluator.place.fail("E219", node.span, "this divides by zero")
+                raise self.evaluator.place.record_error("E219", node.span, "this divides by zero")
             case "/":
                 return Node("/", both), units.multiply_dimensions(da, db, -1)
             case "^" if db == NONE and da == NONE:
@@ -100,21 +100,21 @@ class Reader:
             case "^" if db == NONE and b.do == "number" and b.value == int(b.value) and abs(b.value) <= 99:
                 return Node("^", both), units.raise_dimension(da, int(b.value))
             case "^" if db == NONE:
-                raise self.evaluator.place.fail(
+                raise self.evaluator.place.record_error(
                     "E218", node.span, "a quantity with a unit can be raised to whole powers only",
                     describe_value(Quantity(0.0, da)), "divide by a unit first: `(z / 1 mm)^1.7`",
                 )  # fmt: skip
-        raise self.evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
+        raise self.evaluator.report_unlike_operands(node, Quantity(0.0, da), Quantity(0.0, db))
 
     def _read_function(self, node: tree.Call) -> tuple[Node, Dimension]:
         name = node.function.text
-        self.evaluator.callable(node)
+        self.evaluator.check_callable(node)
         parts = [self.node(a.value) for a in node.arguments]
         made, due = Node(name, tuple(part for part, _ in parts)), parts[0][1]
         if name in ("min", "max"):
-            self.evaluator.alike(node, [dimension for _, dimension in parts])
+            self.evaluator.check_equal_dimensions(node, [dimension for _, dimension in parts])
             return made, due
-        self.evaluator.single(node)
+        self.evaluator.check_single_argument(node)
         if name == "sqrt":
-            return made, self.evaluator.halved(due, node.arguments[0].span)
+            return made, self.evaluator.square_root_dimension(due, node.arguments[0].span)
         return made, self.evaluator.function_dimension(node, due)

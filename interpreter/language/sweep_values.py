@@ -44,7 +44,7 @@ def read_sweep_target(
 ) -> SweepTarget:
     """Parse the target of a sweep; `written` is how the user writes the study, for messages. Raises EvaluationError."""
     if not isinstance(node, tree.Name):
-        raise place.fail("E207", node.span, f"expected {field.expected}, found a value",
+        raise place.record_error("E207", node.span, f"expected {field.expected}, found a value",
                          "not a name", field.meaning)  # fmt: skip
     table = binder.compiler.table
     full = binder.module.prefix + node.text
@@ -60,9 +60,9 @@ def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, plac
     """Parse the parameters that a robustness study varies. Raises EvaluationError after checking all of them."""
     if not isinstance(node, tree.List) or node.unit is not None:
         help = write(f"[{source_layout.format_on_one_line(node)}]") if isinstance(node, tree.Name) else field.meaning
-        raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
+        raise place.record_error("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
     if not node.items:
-        raise place.fail("E512", node.span, "the study varies nothing", "an empty list",
+        raise place.record_error("E512", node.span, "the study varies nothing", "an empty list",
                          "name what to vary, or remove `over`, which varies every number")  # fmt: skip
     found = [_read_robustness_target(binder, field, item, place) for item in node.items]
     if None in found:
@@ -81,9 +81,9 @@ def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Pl
     """Parse the values of a sweep; the unit behind the bracket is added to each. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         help = f"write `[{source_layout.format_on_one_line(node)}, ...]`"
-        raise place.fail("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
+        raise place.record_error("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
     if not node.items:
-        raise place.fail("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
+        raise place.record_error("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
     names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
     table = binder.compiler.table
     for name in names:

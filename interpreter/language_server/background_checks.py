@@ -51,7 +51,7 @@ class CheckScheduler:
         sys.setswitchinterval(NEWLY)
         threading.Thread(target=self._run_queued_jobs, name="checks", daemon=True).start()
 
-    def warm(self, *jobs: Callable[[], object]) -> None:
+    def queue_warm_up(self, *jobs: Callable[[], object]) -> None:
         """Run jobs that prepare the server before the first text is opened."""
         for job in (*jobs, gc.collect, gc.freeze):
             self.do(job)
@@ -60,7 +60,7 @@ class CheckScheduler:
         """Queue a job for the background thread."""
         self._jobs.put(job)
 
-    def due(self, uri: str) -> None:
+    def schedule_check(self, uri: str) -> None:
         """Schedule a check of the latest state of the text with a URI."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE, self._start, uri)
@@ -104,7 +104,7 @@ class CheckScheduler:
     ) -> None:  # fmt: skip
         if self.documents.get(uri) is document:  # else there is a later state
             try:
-                found = diagnostics(document, document.checked[1])
+                found = diagnostics(document, document.check_result[1])
             except (Exception, SystemExit) as error:
                 report(error)
                 found = [*at_once, *describe_failure(error)]

@@ -70,7 +70,7 @@ def _kinds(vocabulary: Vocabulary) -> Iterator[CompletionOffer]:
 def _declaration_items(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield completions in a declaration outside brackets."""
     last = here.before[-1]
-    if here.declares and len(here.before) == 3:
+    if here.is_after_equals and len(here.before) == 3:
         yield from constructor_offers(here, here.kind)
         yield from names(here, here.kind)
     elif here.kind == "expect" and (len(here.before) == 1 or last.kind in OPERATORS):

@@ -75,14 +75,14 @@ class CursorContext:
         return self.before[0].text if self.before else ""
 
     @property
-    def declares(self) -> bool:
+    def is_after_equals(self) -> bool:
         """True if the cursor is after `kind NAME =`."""
         return [t.kind for t in self.before[:3]] == ["NAME", "NAME", "EQUAL"]
 
     @property
     def own(self) -> str:
         """Name that the current declaration declares, empty if none."""
-        return self.before[1].text if self.declares or (self.kind == "param" and len(self.before) > 1) else ""
+        return self.before[1].text if self.is_after_equals or (self.kind == "param" and len(self.before) > 1) else ""
 
     @property
     def call(self) -> OpenBracket | None:

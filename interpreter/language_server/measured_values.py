@@ -204,7 +204,7 @@ def find_last_report(document: Document) -> LastReport | None:
 def _find_newer_file(document: Document, file: Path, report: Json) -> str:
     """Return the file that the scene reads and that changed after the run began; empty if there is none."""
     plugins = report["scene"].get("plugins") or ()
-    if not plugins and any(d.severity == "error" for d in document.found):
+    if not plugins and any(d.severity == "error" for d in document.available_diagnostics):
         return "state of its files"  # the same text was run
     texts = [m for m in document.table.modules if m.file is None or not m.file.is_relative_to(ROOT)]
     used = [path for text in texts for path in find_quoted_paths(text.source.text, text.folder)]

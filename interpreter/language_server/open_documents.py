@@ -64,7 +64,7 @@ class OpenDocuments:
         if self.plugins.loading:
             self._waiting.add(uri)
         else:
-            self.checks.due(uri)
+            self.checks.schedule_check(uri)
 
     def _document(self, uri: str, text: str, version: int | None = None, earlier: Scene | None = None) -> Document:
         return document(uri, text, version, self._has_snippet_support, earlier, self.plugins.vocabulary)

@@ -20,7 +20,7 @@ UNUSED = frozenset({"W309"})  # codes of unused names, which editors show faded
 
 def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> list[types.Diagnostic]:
     """Return the messages about a text and the texts that it uses; by default all messages of `dsl check`."""
-    return [diagnostic(document, one) for one in (document.checked[1] if found is None else found)]
+    return [diagnostic(document, one) for one in (document.check_result[1] if found is None else found)]
 
 
 def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:

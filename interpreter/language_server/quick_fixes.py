@@ -31,7 +31,7 @@ def actions(document: Document, params: types.CodeActionParams) -> list[types.Co
 
 def _replaceable_diagnostics(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
     """Yield each message about the text with a replacement, the replaced range, and the message in the protocol."""
-    for found in document.found:
+    for found in document.available_diagnostics:
         new = replacement(found)
         if new is not None and found.source is not None and found.source.text == document.text:
             yield found, document.range(new[0]), diagnostic(document, found)

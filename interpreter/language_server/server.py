@@ -204,7 +204,7 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
     gc.set_threshold(*LATER)
     silence_refusals()
     server = Server(plugins)
-    server.opened.checks.warm(_preload)
+    server.opened.checks.queue_warm_up(_preload)
     server.listen(incoming, outgoing)
     return 0 if server.protocol.left else 1
 
@@ -212,6 +212,6 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
 def _preload() -> None:
     """Load all constructors, and the modules that answer requests."""
     file = ROOT / "beams" / "silicone-beam.scene"
-    assert Document(file.read_text(encoding="utf-8"), file.parent, file).checked[0]
+    assert Document(file.read_text(encoding="utf-8"), file.parent, file).check_result[0]
     for feature in FEATURES.values():
         import_module(f"softmark.interpreter.language_server.{feature.answer.split(':')[0]}")

@@ -95,7 +95,7 @@ class Document:
         return self.read or self.compiled[0]
 
     @property
-    def checked(self) -> tuple[Scene | None, list[Diagnostic]]:
+    def check_result(self) -> tuple[Scene | None, list[Diagnostic]]:
         """Compiled scene, None if it has errors, and all diagnostics of `dsl check`; computed once, by any thread."""
         with CHECKING:
             return self._checked
@@ -106,7 +106,7 @@ class Document:
         return check_scene(scene, list(found))
 
     @property
-    def found(self) -> list[Diagnostic]:
+    def available_diagnostics(self) -> list[Diagnostic]:
         """All diagnostics of `dsl check`, or those of compilation until the former are known.
 
         It is meant for requests that must not wait.
@@ -122,7 +122,7 @@ class Document:
     @cached_property
     def scope(self) -> Scope:
         """Scope of the names, with the values of all valid parameters."""
-        scope = Scope(self.table.again([]))
+        scope = Scope(self.table.with_diagnostics([]))
         evaluate_parameters(scope, {})
         return scope
 

@@ -28,11 +28,11 @@ class ContactMetric(ForceMetric):
         of: str
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the contact."""
         return self.of
 
-    def touch(self, rest: EquilibriumForces) -> ContactNumbers:
+    def contact_numbers(self, rest: EquilibriumForces) -> ContactNumbers:
         """Return area, pressure and gap of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
             raise Undefined(f"only the force of `{self.of}` is known here")
@@ -66,7 +66,7 @@ class ContactArea(ContactMetric):
 
     def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the contact area, m^2. Raises Undefined if the contact has no results."""
-        return np.array(self.touch(rest).area)
+        return np.array(self.contact_numbers(rest).area)
 
     def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest contact area of all contacts, m^2."""
@@ -100,7 +100,7 @@ class ContactPressure(ContactMetric):
 
         Raises Undefined without contact results.
         """
-        touch = self.touch(rest)
+        touch = self.contact_numbers(rest)
         return np.array([touch.pressure if self.at is None else self._pressure_at_point(touch), touch.pressure])
 
     def _pressure_at_point(self, touch: ContactNumbers) -> float:
@@ -151,7 +151,7 @@ class ContactGap(ContactMetric):
 
     def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the least gap and the mean gap in contact, m. Raises Undefined without contact results."""
-        touch = self.touch(rest)
+        touch = self.contact_numbers(rest)
         if touch.gap is None:
             raise Undefined(f"`{self.of}` is not in contact, and no parts of the surface face each other")
         return np.array([touch.gap, touch.left])

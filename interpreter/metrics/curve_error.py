@@ -56,7 +56,7 @@ class CurveError(CurveMetric):
     initial: Annotated[float, "1 in (0, 1]", "for `slope`: initial part of the range"] = 0.1
 
     @property
-    def summed_by(self) -> str:
+    def statistic_name(self) -> str:
         """Name of the statistic."""
         return self.statistic
 
@@ -109,7 +109,7 @@ class CurveError(CurveMetric):
             self.over or "time": self.moved(x, y, along * curve_geometry.steepest_slopes(reference, x), reference),
         }
 
-    def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
+    def bound_replacement_change(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
         """Return a bound of the change of the statistic if `other` (n,) replaces the curve y (n,) over the same x.
 
         Raises Undefined.

@@ -30,7 +30,7 @@ class Dissipation(ForceMetric):
     natural: ClassVar[str] = "J"
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the body."""
         return self.body
 

@@ -28,7 +28,7 @@ class DistanceStatistic(Metric):
         return "1" if self.statistic.startswith(("relative", "by_displacement")) else "m"
 
     @property
-    def summed_by(self) -> str:
+    def statistic_name(self) -> str:
         """Name of the statistic."""
         return self.statistic
 
@@ -40,7 +40,7 @@ class DistanceStatistic(Metric):
         """
         return self.statistic in ("mean", "max", "rms")
 
-    def summed(self, details: dict[str, Any], d: Floats, at_points: Floats | None) -> Measurement:
+    def make_measurement(self, details: dict[str, Any], d: Floats, at_points: Floats | None) -> Measurement:
         """Return a measurement whose value is the requested statistic and whose samples are the distances d (n,), m.
 
         Raises Undefined.

@@ -41,7 +41,7 @@ class Force(ForceMetric):
     natural: ClassVar[str] = "N"
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the support or contact."""
         return self.of
 

@@ -47,4 +47,4 @@ class MeanError(DistanceStatistic):
             raise Undefined("the reference has no displacements at these points")
         d = ((seen.u - seen.known.u) ** 2).sum(axis=1) ** 0.5  # (n,)
         moved = (seen.known.u**2).sum(axis=1) ** 0.5
-        return self.summed(summarize_distances(d) | summarize_ratios(d, moved, "relative"), d, d)
+        return self.make_measurement(summarize_distances(d) | summarize_ratios(d, moved, "relative"), d, d)

@@ -49,7 +49,7 @@ class Metric:
         return vars(self).get("probe")
 
     @property
-    def concerned(self) -> str | None:
+    def subject_name(self) -> str | None:
         """Name of the support, load, contact or body that the metric evaluates, if it has no probe.
 
         None if it concerns all bodies.
@@ -58,7 +58,7 @@ class Metric:
 
     def body_in(self, scene: Scene) -> str | None:
         """Return the name of the body that the metric evaluates; None for all bodies."""
-        if (name := self.looked_at or self.concerned) is None:
+        if (name := self.looked_at or self.subject_name) is None:
             return None
         declared = scene.declared[name]
         return name if declared.kind == "body" else vars(declared.thing).get("body")
@@ -81,7 +81,7 @@ class Metric:
         return False
 
     @property
-    def summed_by(self) -> str:
+    def statistic_name(self) -> str:
         """Name of the statistic that reduces the values at the points to one number."""
         return "max"
 
@@ -162,7 +162,7 @@ class ForceMetric(Metric):
         """Return the magnitude of the quantity, by which errors are divided; for a vector its norm."""
         return math.sqrt(float((value**2).sum()))
 
-    def apart(self, rest: EquilibriumForces | None, right: EquilibriumForces | None) -> float:
+    def difference_in_metric_unit(self, rest: EquilibriumForces | None, right: EquilibriumForces | None) -> float:
         """Return the difference of a solution `rest` from `right`, which is taken as correct, in the metric's unit.
 
         For vectors the difference includes all components, since one component may agree by chance. It is relative if
@@ -239,7 +239,7 @@ class ForceMetric(Metric):
         """Return the equilibrium results `rest`. Raises Undefined if they do not contain those of this metric."""
         if rest is None:
             raise Undefined("a reference has no forces")
-        if not rest.knows(self.concerned):
+        if not rest.knows(self.subject_name):
             raise Undefined(rest.reason or "")
         return rest
 
@@ -256,7 +256,7 @@ class DerivedMetric(Metric):
         return "1"
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the evaluated metric, `of`."""
         return self.of
 

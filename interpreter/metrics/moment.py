@@ -42,7 +42,7 @@ class Moment(ForceMetric):
     natural: ClassVar[str] = "N*m"
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the support or contact."""
         return self.of
 

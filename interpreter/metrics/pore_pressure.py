@@ -41,7 +41,7 @@ class PorePressure(ForceMetric):
     followed: ClassVar[bool] = False
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the body."""
         return self.body
 
@@ -84,7 +84,7 @@ class Outflow(ForceMetric):
     followed: ClassVar[bool] = False
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the support."""
         return self.of
 

@@ -43,7 +43,7 @@ class PressureAlong(ContactMetric):
 
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the largest pressure, or the relative difference, with the curve of pressures. Raises Undefined."""
-        own = self.amount_at(self._require_results(seen.at_rest), seen.X)
+        own = self.pressures_at_points(self._require_results(seen.at_rest), seen.X)
         if self.measured_from is None:
             return self._build_measurement(own, own, float(own.max(initial=0.0)), seen)
         right = self._reference_pressure(None if seen.known is None else seen.known.at_rest, seen.X)
@@ -70,12 +70,12 @@ class PressureAlong(ContactMetric):
             curve = MetricCurve(np.concatenate([[0.0], np.cumsum(steps)]), own, ("m", "Pa"), right)
         return Measurement(value, details, samples=own if len(own) > 1 and right is None else None, curve=curve)
 
-    def amount_at(self, rest: EquilibriumForces, X: Floats) -> Floats:
+    def pressures_at_points(self, rest: EquilibriumForces, X: Floats) -> Floats:
         """Return the contact pressure (n,), Pa, at undeformed surface points X (n, 3), m.
 
         Raises Undefined for points off the surface.
         """
-        touch = self.touch(rest)
+        touch = self.contact_numbers(rest)
         if touch.field is None:
             raise Undefined(f"only the largest pressure of `{self.of}` is known here")
         found = touch.field.pressures(X)
@@ -90,7 +90,7 @@ class PressureAlong(ContactMetric):
 
         Raises Undefined if the reference has no pressure, or a singular one.
         """
-        right = self.amount_at(self._require_results(rest), X)
+        right = self.pressures_at_points(self._require_results(rest), X)
         if not np.all(np.isfinite(right)):
             raise Undefined(
                 f"the pressure of `{self.measured_from}` is infinite at a point of `{self.probe}`: end the "
@@ -121,4 +121,4 @@ class _PressureAtPoints(PressureAlong):
 
     def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the pressures at the points (n,), Pa."""
-        return self.amount_at(rest, self.X)
+        return self.pressures_at_points(rest, self.X)

@@ -45,7 +45,7 @@ class ProbeSamples:
     def sides(self, field: Stresses) -> TensorsBySide:
         """Return the tensors of a field at the sample points, on each side that belongs to the probe."""
         found = field.sides(self.X)
-        return found if self.materials is None else found.only(self.materials)
+        return found if self.materials is None else found.select_materials(self.materials)
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class ProbePlace:
             found.append(domain.border)
         if domain.ends is not None:
             begin, end = domain.ends
-            found.append(begin + field.crossings(begin, end)[:, None] * (end - begin))
+            found.append(begin + field.interface_crossings(begin, end)[:, None] * (end - begin))
         if number is not None and domain.nodes != "none":
             found.append(field.peaks(number, domain.holds, domain.nodes == "surface"))
         return found[0] if sum(map(len, found[1:])) == 0 else np.concatenate(found)
@@ -113,7 +113,7 @@ def _line_samples(ends: tuple[Floats, Floats], points: int, field: Stresses) -> 
         return ProbeSamples(begin[None], np.ones(1))
     wanted = max(points - 1, 1) if np.isinf(field.spacing) else int(np.ceil(length / (SHORT * field.spacing)))
     even = np.linspace(0.0, 1.0, 1 + min(max(wanted, points - 1, 1), PIECES))
-    t = np.unique(np.concatenate([even, field.crossings(begin, end)]))
+    t = np.unique(np.concatenate([even, field.interface_crossings(begin, end)]))
     xi, w = np.polynomial.legendre.leggauss(GAUSS)
     size = np.diff(t)
     at = (t[:-1, None] + size[:, None] * (0.5 + 0.5 * xi)).ravel()

@@ -25,7 +25,7 @@ class FrictionMetric(ContactMetric):
 
     def friction(self, rest: EquilibriumForces) -> Friction:
         """Return the friction results of the contact. Raises Undefined if it has no friction."""
-        found = self.touch(rest).rubbing
+        found = self.contact_numbers(rest).rubbing
         if found is None:
             raise Undefined(f"`{self.of}` has no friction")
         return found

@@ -38,7 +38,7 @@ class StrainEnergy(ForceMetric):
     natural: ClassVar[str] = "J"
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the body."""
         return self.body
 

@@ -67,7 +67,7 @@ class Stress(TensorMetric):
     natural: ClassVar[str] = "Pa"
 
     @property
-    def made_of(self) -> Part:
+    def decisive_tensor_part(self) -> Part:
         """Part of the tensor that determines the value: the deviator for von Mises stress and shear along the axes."""
         return "stress deviator" if self.component in ("von_mises", "xy", "yz", "zx") else "stress"
 

@@ -85,7 +85,7 @@ class SurfaceDistance(DistanceStatistic):
             "without_hit": int((~met).sum()),
             **more,
         }
-        return self.summed(details, d, d if met.all() else None)
+        return self.make_measurement(details, d, d if met.all() else None)
 
     def _distances_to_nearest_points(
         self, seen: MetricInput, x: Floats, target: SurfaceSearch

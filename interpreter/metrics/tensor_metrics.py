@@ -41,7 +41,7 @@ class TensorMetric(Metric):
         return self.natural if self.measured_from is None else "1"
 
     @property
-    def made_of(self) -> Part:
+    def decisive_tensor_part(self) -> Part:
         """Part of the tensor that decides whether a stress is resolved: adjacent cells must agree in it."""
         return "strain"
 
@@ -53,7 +53,7 @@ class TensorMetric(Metric):
         """Return the stress or strain tensors (n, 3, 3) of which the metric takes a number, in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
-    def apart(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
+    def field_difference(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
         """Return the difference of two fields at sample points in the metric's unit, by the norm of the whole tensor.
 
         The norm is used because one component may agree by chance. The norm of the difference bounds that of every
@@ -62,14 +62,14 @@ class TensorMetric(Metric):
         compared with the same side. Raises Undefined.
         """
         sides, theirs = pair_sides(one, other, samples)
-        difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
+        difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.divide_among_rows(samples.shares)
         if self.measured_from is not None:
-            return WORST * self._norm(difference, shares) / self.scale(right, samples)
+            return WORST * self._norm(difference, shares) / self.error_divisor(right, samples)
         if self.over == "mean":
             difference = np.average(difference, axis=0, weights=shares)[None]
         return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
 
-    def scale(self, right: Stresses, samples: ProbeSamples) -> float:
+    def error_divisor(self, right: Stresses, samples: ProbeSamples) -> float:
         """Return the divisor of a relative error, in the natural unit; 1 for a plain value. Raises Undefined."""
         if self.measured_from is None:
             return 1.0
@@ -82,12 +82,12 @@ class TensorMetric(Metric):
 
         It is the larger norm of the tensors at the samples and in the whole body, divided by `scale`.
         """
-        return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
+        return max(self._size(own, samples), self.usual(own)) / self.error_divisor(right, samples)
 
     def _size(self, field: Stresses, samples: ProbeSamples) -> float:
         """Return the norm of a field over the sample points: the largest, or the mean."""
         sides = samples.sides(field)
-        return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
+        return self._norm(self.tensors(sides.tensors), sides.divide_among_rows(samples.shares))
 
     def norms(self, change: Tensors) -> Floats:
         """Return the norms (n,) of small changes of the tensors, in the metric's unit."""
@@ -114,8 +114,8 @@ class TensorMetric(Metric):
             return self._compared(field, place, seen)
         samples = self.samples(place, field)
         sides = samples.sides(field)
-        values = self._finite(sides.tensors)
-        row, value = self.reduced(values, sides.per_row(samples.shares))
+        values = self._require_finite_values(sides.tensors)
+        row, value = self.reduce_values(values, sides.divide_among_rows(samples.shares))
         at = samples.X[sides.rows[row]][None]
         details = {
             f"largest_{self._unit_suffix}": float(values.max()),
@@ -124,7 +124,7 @@ class TensorMetric(Metric):
             "points": len(seen.X),
             "norm_Pa": float(np.linalg.norm(sides.tensors.cauchy[row])),
             "cells_apart_Pa": float(field.unresolved(at)[0]),
-            "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
+            "cells_apart_1": float(field.relative_fit_residual(at, self.decisive_tensor_part)[0]),
             "usual_stress_Pa": field.usual[0],
             "where_materials_meet": self._count_two_valued_points(field, sides, samples, seen),
         }
@@ -141,8 +141,8 @@ class TensorMetric(Metric):
         For a mean it is 0 if these points have no weight in the integral.
         """
         if self.over == "largest":
-            return int(field.shared(seen.X))
-        part = float(sides.per_row(samples.shares)[sides.two_valued].sum())
+            return int(field.count_interface_points(seen.X))
+        part = float(sides.divide_among_rows(samples.shares)[sides.interface_row_mask].sum())
         return round(part * len(seen.X)) or int(part > 0.0)
 
     def _compared(self, field: Stresses, place: ProbePlace, seen: MetricInput) -> Measurement:
@@ -151,11 +151,11 @@ class TensorMetric(Metric):
         try:
             right = stress_field_of(None if seen.known is None else seen.known.stress)
             sides, known = pair_sides(field, right, samples)
-            values, theirs = self._finite(sides.tensors), self._finite(known)
+            values, theirs = self._require_finite_values(sides.tensors), self._require_finite_values(known)
         except Undefined as undefined:
             raise Undefined(f"`{self.measured_from}` has no values to compare with: {undefined}") from undefined
-        far, size = np.abs(values - theirs), self.scale(right, samples)
-        row, value = self.reduced(far, sides.per_row(samples.shares))
+        far, size = np.abs(values - theirs), self.error_divisor(right, samples)
+        row, value = self.reduce_values(far, sides.divide_among_rows(samples.shares))
         details = {f"difference_{self._unit_suffix}": value, f"size_{self._unit_suffix}": size}
         details |= {"at_m": samples.X[sides.rows[row]].tolist(), "points": len(seen.X)}
         return Measurement(value / size, details, samples=far / size if len(far) > 1 else None)
@@ -164,13 +164,13 @@ class TensorMetric(Metric):
     def _unit_suffix(self) -> str:
         return "Pa" if self.natural == "Pa" else "1"
 
-    def _finite(self, tensors: Tensors) -> Floats:
+    def _require_finite_values(self, tensors: Tensors) -> Floats:
         values = self.values(tensors)
         if not np.all(np.isfinite(values)):
             raise Undefined("the deformation is so large that a value is not finite")
         return values
 
-    def reduced(self, values: Floats, shares: Floats) -> tuple[int, float]:
+    def reduce_values(self, values: Floats, shares: Floats) -> tuple[int, float]:
         """Return the index of the value with the largest magnitude, and that value or the weighted mean of all."""
         row = int(np.abs(values).argmax())
         return row, float(values[row] if self.over == "largest" else shares @ values)

@@ -49,7 +49,7 @@ class ErrorOfValue(DerivedMetric):
         if self.relative_to == "value":
             size = abs(given.value)
         else:
-            size = min(given.sides) if found is None else given.beside(found)
+            size = min(given.sides) if found is None else given.uncertainty_towards(found)
         if size == 0.0:
             raise Undefined(f"the {self.relative_to} of `{self.against}` is zero, so there is no relative error")
         return size
@@ -60,7 +60,7 @@ class ErrorOfValue(DerivedMetric):
         if given is None or seen.number is None:
             raise Undefined(f"`{self.against}` is not a value, or there is no value to compare with it")
         found, own, size = seen.number.value, seen.number.unit, self.size(given, seen.number.value)
-        apart, off = found - given.value, given.beside(found)
+        apart, off = found - given.value, given.uncertainty_towards(found)
         details = {
             f"found_{own}": found, f"given_{own}": given.value, f"uncertainty_{own}": given.uncertainty,
             f"difference_{own}": apart, "within": given.holds(found),

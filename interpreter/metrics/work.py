@@ -32,7 +32,7 @@ class LoadWork(ForceMetric):
     natural: ClassVar[str] = "J"
 
     @property
-    def concerned(self) -> str:
+    def subject_name(self) -> str:
         """Name of the load."""
         return self.of
 

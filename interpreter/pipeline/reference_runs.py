@@ -214,7 +214,7 @@ def _store_measured_curve(work: StateRun, declared: Declared, data: MeasuredCurv
         "uncertainty": data.resolution, "unit": named[1], "repeats": data.repeats, "spread": data.spread,
         "rows": len(data.x), "from": data.x[0], "to": data.x[-1], "lost": data.lost, "notes": list(data.notes),
     }  # fmt: skip
-    facts |= {"codes": thing.agreed} if isinstance(thing, ConsensusCurve) else {}
+    facts |= {"codes": thing.code_count} if isinstance(thing, ConsensusCurve) else {}
     found = ("converged", None, thing.kind, data.source or cls.source)  # its error is not a length; it is in the facts
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=to_plain_json(facts), drawn=drawn)
 

@@ -62,7 +62,7 @@ def _free_body_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[
 def _support_motion(touch: Touch, body: DrawnSurface) -> tuple[Floats, Floats]:
     """Return rotations (t, 3, 3) and translations (t, 3), m, of a rigid body moved by supports, for each frame."""
     poses = [pose_at(touch, share) or RigidMotion() for share in _motion_fractions(touch, body)]
-    turns = np.stack([np.eye(3) if pose.turn is None else pose.turn for pose in poses])
+    turns = np.stack([np.eye(3) if pose.rotation_matrix is None else pose.rotation_matrix for pose in poses])
     return turns, np.concatenate([pose.moved(np.zeros((1, 3))) for pose in poses])
 
 

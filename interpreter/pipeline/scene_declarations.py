@@ -46,7 +46,7 @@ def _covered_body_part(scene: Scene, metric: Declared) -> str:
         return ""
     body, everyone = thing.body_in(scene), scene.of_kind("support").items()
     planes = {n: d.thing.normal for n, d in everyone if isinstance(d.thing, Symmetric) and d.thing.body == body}
-    if not planes or thing.concerned in planes:
+    if not planes or thing.subject_name in planes:
         return ""
     ways = {normal[0] for normal in planes.values() if normal is not None}
     part = PARTS[len(ways)] if len(ways) == len(planes) else "part"

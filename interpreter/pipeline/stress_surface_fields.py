@@ -39,7 +39,7 @@ def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, 
         values = metrics[0].thing.values(tensors)
         if np.all(np.isfinite(values)):
             size = metrics[0].thing.usual(field)
-            apart = float(np.mean(field.disagreement(X, metrics[0].thing.made_of) > APART))
+            apart = float(np.mean(field.relative_fit_residual(X, metrics[0].thing.decisive_tensor_part) > APART))
             found.append(replace(_make_surface_field(metrics, values, None), size=size, apart=apart, limitless=edge))
         else:
             found.append(_make_surface_field(metrics, None, "the deformation is so large that a value is not finite"))

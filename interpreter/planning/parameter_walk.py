@@ -75,11 +75,11 @@ class Walk:
     until: Until
     seen: dict[float, PointClass] = field(default_factory=dict)
 
-    def tell(self, t: float, seen: PointClass) -> None:
+    def record_outcome(self, t: float, seen: PointClass) -> None:
         """Record the outcome of the point at position t."""
         self.seen[t] = seen
 
-    def wanted(self) -> float | None:
+    def next_position(self) -> float | None:
         """Return the next position t to compute; None if the walk is complete."""
         rung = self._next_rung()
         if rung is not None:
@@ -143,7 +143,7 @@ class Walk:
         blind = next((t for t in ts if self.seen[t].word == "unjudged" and t > (farthest or -1.0)), None)
         return Edge(farthest, wrong, word, max(answered, default=None), silence, blind, ts[-1])
 
-    def verdicts(self) -> WalkSummary:
+    def summarize(self) -> WalkSummary:
         """Return the summary of the walk so far; points without a true value are neither right nor wrong."""
         last = self.edge().last_right
         right = [t for t, s in self.seen.items() if s.word == "right" and last is not None and t <= last]

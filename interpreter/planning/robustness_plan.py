@@ -70,7 +70,7 @@ def find_judging_metrics(scene: Scene) -> Iterator[str]:
     """Yield the metrics that can judge a model: relative errors for which the error of the reference is known."""
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
-        relative = thing.measured_from and (thing.looked_at or thing.concerned) and thing.unit == "1"
+        relative = thing.measured_from and (thing.looked_at or thing.subject_name) and thing.unit == "1"
         if relative and _is_reference_error_known(scene, metric):
             yield metric.name
 

@@ -98,7 +98,7 @@ class Case:
         return found
 
     @property
-    def shaped(self) -> Location:
+    def shape_location(self) -> Location:
         """Location in the scene at which the body's geometry is declared."""
         return self.body.at("region" if self.planar else "shape")
 

@@ -75,7 +75,7 @@ class Rectangular:
         x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
         return x, y, z
 
-    def taken(self, condition: Condition, axis: int) -> set[int]:
+    def selected_faces(self, condition: Condition, axis: int) -> set[int]:
         """Return the faces normal to an axis that a condition selects wholly: 0 is the low one, 1 the high one.
 
         The result is empty if the condition selects a part of a face, or anything else.
@@ -83,7 +83,7 @@ class Rectangular:
         x, y, z = (self.size(a) for a in range(3))
         return ends_of(condition, BoxAlongAxis((x, y, z), self.low, axis))
 
-    def everywhere(self, condition: Condition) -> bool:
+    def is_wholly_selected(self, condition: Condition) -> bool:
         """Return whether a condition selects the whole body."""
         return condition.over(self.low, self.high) == (False, True)
 
@@ -115,7 +115,7 @@ class Round:
         """Return the centre of an end, m."""
         return add_multiples(self.shape.root, (end * self.shape.length, self.shape.axis))
 
-    def taken(self, condition: Condition, axis: int) -> set[int]:
+    def selected_faces(self, condition: Condition, axis: int) -> set[int]:
         """Return the ends of the cylinder that a condition selects; 0 is the root."""
         return ends_of(condition, self.shape)
 
@@ -136,7 +136,7 @@ class Round:
         ]
         return holds[-1] and not any(holds[:-1])
 
-    def on_plane(self, condition: Condition, axis: int) -> bool:
+    def selects_axial_plane(self, condition: Condition, axis: int) -> bool:
         """Return whether a condition selects only points on the plane through the axis with normal x, y or z."""
         low, high = self.shape.bounds
         slack, at, extent = BESIDE * self.shape.radius, self.shape.root[axis], self.shape.diagonal

@@ -45,7 +45,7 @@ def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
 
 def cuts_for(where: Condition, shape: Shape) -> Cuts:
     """Return the positions (cuts) at which meshes of a shape need nodes to follow a condition; none for a mesh file."""
-    return tuple(_ConditionInShape(shape, where).cuts()) if shape.spans and not where.groups else ()
+    return tuple(_ConditionInShape(shape, where).cuts()) if shape.coordinate_ranges and not where.groups else ()
 
 
 def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
@@ -54,15 +54,15 @@ def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
     A border is used if a coordinate of the shape is constant on it, inside the body or at its ends. Cells grow to their
     full size over a part of the body's extent. Meshes of a filled surface are refined where the condition holds.
     """
-    if where.groups or not (shape.gradable or shape.enclosed):
+    if where.groups or not (shape.gradable_coordinates or shape.enclosed):
         return ()
     if shape.enclosed:
         return (Cut("", 0.0, finer=finer, where=where),)
     asking, found = _ConditionInShape(shape, where), dict[tuple[str, float], Cut]()
     for border in where.borders:
         for axis, at in (*asking.ends(border), *asking.places(border)):
-            low, high = shape.spans[axis]
-            if axis in shape.gradable:
+            low, high = shape.coordinate_ranges[axis]
+            if axis in shape.gradable_coordinates:
                 found.setdefault((axis, at), Cut(axis, at, finer=finer, reach=REACH * (high - low)))
     return tuple(found.values())[:MOST]
 
@@ -87,14 +87,14 @@ class _ConditionInShape:
             for axis, at in where
             if self._changes_across_surface(axis, at, where)
         ]
-        chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
+        chords = (self.shape.cut_at_plane(b.plane) for b in self.condition.borders if b.plane)
         return found + [chord for chord in chords if chord is not None and self._changes_across_chord(chord, where)]
 
     # -------------------------------------------------------------- positions of borders
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
         """Yield the name of each coordinate that is constant on a border, and its value there, m, inside the body."""
-        for axis, (low, high) in self.shape.spans.items():
+        for axis, (low, high) in self.shape.coordinate_ranges.items():
             if axis in ANGLES:
                 continue
             met = [self._border_crossings_of_ray(border, axis, share) for share in RAYS]
@@ -103,7 +103,7 @@ class _ConditionInShape:
 
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
         """Yield the name of each coordinate that ends on a border, and its value there, m."""
-        slack, spans = SAME * self.extent**border.power, self.shape.spans
+        slack, spans = SAME * self.extent**border.power, self.shape.coordinate_ranges
         rays = [self._scattered_coordinates(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
             for t in spans[axis]:
@@ -116,7 +116,7 @@ class _ConditionInShape:
         A ray along one coordinate has the values of the others.
         """
         return {
-            n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())
+            n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.coordinate_ranges.items())
         }
 
     def _border_crossings_of_ray(self, border: Border, axis: str, share: float) -> list[float]:
@@ -126,7 +126,7 @@ class _ConditionInShape:
         def at(t: float) -> tuple[float, float, float]:
             return self.shape.place(**{**others, axis: t})
 
-        low, high = self.shape.spans[axis]
+        low, high = self.shape.coordinate_ranges[axis]
         slack = SAME * (high - low)
         if border.plane is not None:
             a, b = border.at(*at(low)), border.at(*at(high))
@@ -155,7 +155,7 @@ class _ConditionInShape:
     def _sample_coordinates(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
         """Yield sample values of all coordinates but `axis`: at the ends, at borders, and between these."""
         columns = []
-        for name, (low, high) in self.shape.spans.items():
+        for name, (low, high) in self.shape.coordinate_ranges.items():
             if name == axis:
                 continue
             even = [low + (high - low) * (i + 0.5) / STEPS for i in range(STEPS)]
@@ -166,7 +166,7 @@ class _ConditionInShape:
 
     def _changes_across_surface(self, axis: str, at: float, where: Sequence[tuple[str, float]]) -> bool:
         """Return whether the selection changes across the surface `axis` = `at`, on the body or in it."""
-        low, high = self.shape.spans[axis]
+        low, high = self.shape.coordinate_ranges[axis]
         aside = ASIDE * (high - low)
         near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
         return any(
@@ -176,7 +176,7 @@ class _ConditionInShape:
 
     def _is_selected_to_end(self, axis: str, at: float) -> bool:
         """Return whether everything between the surface `axis` = `at` and the nearer end of the body is selected."""
-        low, high = self.shape.spans[axis]
+        low, high = self.shape.coordinate_ranges[axis]
         end = low if at - low < high - at else high
         if axis == "radius" and end == low:
             return False
@@ -185,7 +185,7 @@ class _ConditionInShape:
 
     def _changes_across_chord(self, chord: Cut, where: Sequence[tuple[str, float]]) -> bool:
         """Return whether the selection changes across a chord of a cylinder's cross-section."""
-        radius = self.shape.spans["radius"][1]
+        radius = self.shape.coordinate_ranges["radius"][1]
         half, aside = math.sqrt(radius**2 - chord.at**2), ASIDE * radius
         stations = sorted({row["along"] for row in self._sample_coordinates("radius", where)})
         for q, s in product([half * (2 * i + 1 - STEPS) / STEPS for i in range(STEPS)], stations):

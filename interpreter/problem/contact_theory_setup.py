@@ -61,7 +61,7 @@ class Face:
         return self.body.area(self.way)
 
     @property
-    def body_turns(self) -> bool:
+    def has_half_section_body(self) -> bool:
         """True if the body is the half section of a body of revolution."""
         return isinstance(self.body, Rectangular) and self.body.turns
 
@@ -72,16 +72,16 @@ class Face:
             return tuple(c for c in range(3) if abs(self.body.shape.axis[c]) < 0.5)
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
 
-    def taken(self, where: Any) -> set[int]:
+    def selected_ends(self, where: Any) -> set[int]:
         """Return which of the face and its opposite face a condition selects exactly, by their `end` numbers."""
-        return self.body.taken(where, self.way)
+        return self.body.selected_faces(where, self.way)
 
     def over(self, low: Vector, high: Vector) -> bool:
         """Return whether the box between corners `low` and `high`, m, lies over a part of the face."""
         own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
-    def above(self, point: Vector) -> bool:
+    def contains_projection_of(self, point: Vector) -> bool:
         """Return whether a point, m, lies over the face and not next to it."""
         low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
@@ -171,7 +171,7 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
         thing = at_full_size(support.thing)
         if not isinstance(thing, Holding) or thing.moves:
             raise NotApplicable(f"the support `{support.name}` moves `{case.body.name}`", FAR)
-        if face.taken(thing.where) == {1 - face.end}:
+        if face.selected_ends(thing.where) == {1 - face.end}:
             held |= set(thing.components)
             continue
         side = _symmetric_sides(face, thing)
@@ -190,12 +190,12 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
 def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
     """Return the sides that a support holds only along their normal (symmetry planes); None if it holds other parts."""
     if len(thing.components) != 1 or isinstance(face.body, Round):
-        on = isinstance(face.body, Round) and all(face.body.on_plane(thing.where, c) for c in thing.components)
+        on = isinstance(face.body, Round) and all(face.body.selects_axial_plane(thing.where, c) for c in thing.components)
         return set() if on else None
     (c,) = thing.components
     if c == face.way or c not in face.across:
         return None
-    sides = face.body.taken(thing.where, c)
+    sides = face.body.selected_faces(thing.where, c)
     if len(sides) == 1:
         return {(c, sides.pop())}
     return None
@@ -224,9 +224,9 @@ def _indentation_problem(case: Case) -> Indentation:
     shift = rigid_displacement(touch)
     gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
     first = add_multiples(tool.foot, (-gap, n))
-    if not face.above(first):
+    if not face.contains_projection_of(first):
         raise NotApplicable(f"`{touch.rigid.name}` comes down outside the face", "move it above the face")
-    if face.body_turns and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
+    if face.has_half_section_body and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
         raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "move it to the y axis")
     bonded, mirrors = bonding_and_mirrors(case, face)
     depth = -dot(shift, n) - gap
@@ -338,7 +338,7 @@ def contact_theory_forces(reference: Declared, case: Case, theory: Any) -> Equil
     part = share < 1.0  # of what presses: it pushes beside its axis, on one side of the plane
     found = {touch.name: Reaction(force, unknown if part else cross(at, force), at, unknown if part else NONE)}
     far = add_multiples(face.middle, (-face.thickness, face.normal))
-    alone = [s for s in case.named_supports if face.taken(s.thing.where) == {1 - face.end}]
+    alone = [s for s in case.named_supports if face.selected_ends(s.thing.where) == {1 - face.end}]
     for support in case.supports:
         if support not in alone:
             found[support.name] = Reaction(unknown, unknown, far, unknown)

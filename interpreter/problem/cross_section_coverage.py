@@ -40,7 +40,7 @@ def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> 
     extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
         first, end = pending.pop()
-        false, true = condition.over(*shape.slab(stations[first], stations[end - 1]), extent)
+        false, true = condition.over(*shape.bounds_between(stations[first], stations[end - 1]), extent)
         if not (false and true):
             found.add("all" if true else "none")
         elif end - first > 1:
@@ -151,7 +151,7 @@ def _stations_of_border(border: Border, shape: Swept, slack: float) -> list[floa
     """
 
     def crossed(a: float, b: float) -> bool:
-        level = border.over(*shape.slab(a, b))
+        level = border.over(*shape.bounds_between(a, b))
         return level.low < -slack and level.high > slack
 
     pending, slabs = [(0.0, shape.length)], []

@@ -244,7 +244,7 @@ class InclusionStress(AnalyticField):
         H, sigma = self.theory.fields(X)
         return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), True)
 
-    def shared(self, X: Floats) -> int:
+    def count_interface_points(self, X: Floats) -> int:
         """Return how many of the points X (n, 3), m, lie on the interface, where the stress has two values."""
         return int(self.theory.on_border(X).sum())
 

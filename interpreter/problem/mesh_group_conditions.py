@@ -71,7 +71,7 @@ def point_membership(case: Case, X: Floats) -> Members:
     from softmark.solvers.mesh.element_interpolation import locate_points
     from softmark.solvers.mesh.mesh_groups import has_cells
 
-    mesh = download_shape(case.shape, case.shaped).named(Tet4.name)
+    mesh = download_shape(case.shape, case.shape_location).mesh_with_groups(Tet4.name)
     nodes = locate_points(mesh, X).nodes
     return lambda name: has_cells(mesh, name, nodes)
 

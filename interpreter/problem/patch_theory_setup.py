@@ -86,7 +86,7 @@ class BlockPile:
 
     def ends(self, where: Any) -> set[int]:
         """Return the ends of the stack that a condition selects exactly; 0 is the low end."""
-        return self.whole.taken(where, self.way)
+        return self.whole.selected_faces(where, self.way)
 
 
 def stack_of(case: Case) -> Stack:
@@ -118,17 +118,17 @@ def stack_of(case: Case) -> Stack:
 def _require_determined_blocks(stack: Stack) -> None:
     """Check that the position of every block is determined, and that no block is crushed. Raises NotApplicable."""
     if None in stack.ends:
-        if stack.touching and stack.traction - stack.pressure >= 0.0:
+        if stack.has_unglued_joints and stack.traction - stack.pressure >= 0.0:
             raise NotApplicable(
                 "its load does not press the blocks together", "load it inward, or glue them: `tied(...)`"
             )
         return
     open_ones = sum(not joint.glued for joint in stack.joints)
-    if stack.grown >= 0.0 and open_ones > 1:
-        travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
+    if stack.length_change >= 0.0 and open_ones > 1:
+        travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.length_change, stack.gaps))
         raise NotApplicable(f"its ends approach by {travel}, but its {open_ones} gaps are {gaps} in all, so that "
                             "blocks between them are free", "move an end further")  # fmt: skip
-    if stack.grown <= -sum(block.length for block in stack.blocks):
+    if stack.length_change <= -sum(block.length for block in stack.blocks):
         raise NotApplicable("its ends approach by more than its length", "move an end less far")
 
 
@@ -281,7 +281,7 @@ def _symmetry_sides(piled: BlockPile, support: Declared, thing: Any) -> set[tupl
         if thing.where.over(side.low, side.high, piled.extent) == NOWHERE:
             continue
         c = thing.components[0]
-        taken = side.taken(thing.where, c) if len(thing.components) == 1 and c in piled.across else set()
+        taken = side.selected_faces(thing.where, c) if len(thing.components) == 1 and c in piled.across else set()
         if len(taken) != 1:
             raise NotApplicable(f"the support `{support.name}` holds neither an end nor a side", SIDES)
         end = taken.pop()
@@ -407,8 +407,8 @@ def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
         numbers = [i for i in range(len(stack.joints)) if pair in _joint_contacts(piled, i)]
         reactions[pair.name] = _contact_force(piled, found, numbers)
         if isinstance(pair.thing, SelfContact):
-            pressures = {i: found.push / found.touched(i) if found.push else 0.0 for i in numbers}
-            touches[pair.name] = Touched(sum(map(found.touched, numbers)), max(pressures.values(), default=0.0),
+            pressures = {i: found.push / found.joint_contact_area(i) if found.push else 0.0 for i in numbers}
+            touches[pair.name] = Touched(sum(map(found.joint_contact_area, numbers)), max(pressures.values(), default=0.0),
                                          found.left, field=Pressing(piled, pressures))  # fmt: skip
     work = {load.name: None for load in case.loads}
     return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))

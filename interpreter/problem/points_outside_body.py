@@ -48,10 +48,10 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
         from softmark.solvers.mesh.element_interpolation import locate_points
         from softmark.solvers.mesh.files.mesh_reader import read_cells
 
-        known = download_shape(shape, case.shaped)
+        known = download_shape(shape, case.shape_location)
         mesh = read_cells(known.path, known.unit, known.coincident, pieces=known.pieces)
         return locate_points(mesh, X).outside, mesh.extent
-    bounds = download_shape(shape, case.shaped).bounds
+    bounds = download_shape(shape, case.shape_location).bounds
     assert bounds is not None  # only a file of cells has none
     low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))

@@ -71,13 +71,13 @@ class Ends:
         return self.body.area(self.way)
 
     @property
-    def far(self) -> set[int]:
+    def driven_ends(self) -> set[int]:
         """Number of the driven end, as a set of one."""
         return {1 - self.held}
 
-    def taken(self, where: Any) -> set[int]:
+    def selected_ends(self, where: Any) -> set[int]:
         """Return the numbers of the ends that a condition selects exactly."""
-        return self.body.taken(where, self.way)
+        return self.body.selected_faces(where, self.way)
 
 
 def _analysis(case: Case) -> Quasistatic:
@@ -119,7 +119,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
     ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
-    driven = ends.taken(where)
+    driven = ends.selected_ends(where)
     if len(driven) != 1:
         raise NotApplicable(f"`{driving.name}` does not act on exactly one whole end face", remedy)
     held = set()
@@ -128,7 +128,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
             continue
         if support.thing.components != (way,) and not _are_sides_held(case, ends):
             raise NotApplicable(f"the support `{support.name}` prevents lateral expansion of its end", remedy)
-        if len(own := ends.taken(support.thing.where)) != 1:
+        if len(own := ends.selected_ends(support.thing.where)) != 1:
             raise NotApplicable(f"the support `{support.name}` does not act on exactly one whole end face", remedy)
         held |= own if support.name != driving.name else set()
     if held != {0, 1} - driven:
@@ -167,9 +167,9 @@ def _held_sides(case: Case, body: Rectangular, across: int) -> set[int]:
     found = {0} if body.turns and body.low[0] == 0.0 and across == 0 else set()
     for support in case.named_supports:
         if across in support.thing.components and not at_full_size(support.thing).moves:
-            if body.everywhere(support.thing.where):
+            if body.is_wholly_selected(support.thing.where):
                 return {0, 1}
-            found |= body.taken(support.thing.where, across)
+            found |= body.selected_faces(support.thing.where, across)
     return found
 
 
@@ -190,7 +190,7 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
     _check_no_fluid_pressure(case)
     found: set[int] = set()
     for drain in case.drains:
-        if not (own := ends.taken(drain.thing.where)):
+        if not (own := ends.selected_ends(drain.thing.where)):
             raise NotApplicable(f"`{drain.name}` drains a surface that is not one of its ends", "drain whole ends only")
         found |= own
     if len(found) == 2:
@@ -263,7 +263,7 @@ def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
     """
     analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(
-        isinstance(b.thing, RigidPlate) and ends.taken(b.thing.where) == ends.far for b in case.beds
+        isinstance(b.thing, RigidPlate) and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
     ):
         raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
     _check_no_fluid_pressure(case)
@@ -288,7 +288,7 @@ def _slab_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
     sides = [c for c in range(3) if c != ends.way]
     open_ = {c: _open_faces(case, body, c) for c in sides}
     ways = [c for c in sides if open_[c]]
-    if len(ways) != 1 or not all(body.taken(d.thing.where, ways[0]) for d in case.drains):
+    if len(ways) != 1 or not all(body.selected_faces(d.thing.where, ways[0]) for d in case.drains):
         raise NotApplicable(
             "its fluid does not leave along exactly one direction",
             "apply `drained(...)` to whole sides normal to one direction",
@@ -307,7 +307,7 @@ def _slab_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
 
 def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
     """Return the faces normal to a lateral direction that are drained; 0 is the low one."""
-    return set[int]().union(*(body.taken(d.thing.where, axis) for d in case.drains))
+    return set[int]().union(*(body.selected_faces(d.thing.where, axis) for d in case.drains))
 
 
 def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
@@ -320,7 +320,7 @@ def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
     if isinstance(body, Rectangular):
         if not body.turns or body.low[0] != 0.0 or ends.way != 1:
             raise NotApplicable(f"`{case.body.name}` is not a disc", remedy)
-        if any(body.taken(d.thing.where, 0) != {1} for d in case.drains):
+        if any(body.selected_faces(d.thing.where, 0) != {1} for d in case.drains):
             raise NotApplicable(
                 "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
             )
@@ -332,9 +332,9 @@ def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
             "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
         )
     for support in case.named_supports:
-        if ends.taken(support.thing.where) and support.thing.components == (ends.way,):
+        if ends.selected_ends(support.thing.where) and support.thing.components == (ends.way,):
             continue
-        if not all(body.on_plane(support.thing.where, c) for c in support.thing.components):
+        if not all(body.selects_axial_plane(support.thing.where, c) for c in support.thing.components):
             raise NotApplicable(f"the support `{support.name}` prevents radial motion",
                           "hold points across its axis only on the planes through it")  # fmt: skip
     return 2, body.shape.radius, ends.root, none
@@ -368,7 +368,7 @@ def porous_theory_forces(case: Case, theory: Any) -> EquilibriumForces:
     none, found = (0.0, 0.0, 0.0), {}
     unknown = (math.nan, math.nan, math.nan)
     for support in case.supports:
-        own = ends.taken(support.thing.where)
+        own = ends.selected_ends(support.thing.where)
         if ends.way not in support.thing.components or not own:
             found[support.name] = Reaction(unknown, unknown, theory.root, unknown)
             continue
@@ -390,7 +390,7 @@ def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
     """
     both, taken, found = getattr(theory, "drains", "") == "both", set[int](), {}
     for drain in case.drains:
-        own = ends.taken(drain.thing.where) if both else {0}
+        own = ends.selected_ends(drain.thing.where) if both else {0}
         found[drain.name] = theory.lost * len(own - taken) / (2.0 if both else 1.0)
         taken |= own
     return found

@@ -78,7 +78,7 @@ def find_probe_points(probe: Declared, case: Case, tracked: Callable[[str], Floa
     try:
         return _place(probe, case, tracked)
     except UnreadableMesh as error:
-        at, owner = (probe.at("mesh"), probe) if own else (case.shaped, case.body)
+        at, owner = (probe.at("mesh"), probe) if own else (case.shape_location, case.body)
         problem = f"the mesh of `{owner.name}` cannot be used: {error}"
         help_ = error.remedy or "use a file with cells of positive volume"
         raise fault(error.code, at, problem, help=help_) from error
@@ -90,7 +90,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
             return _surface(probe, case)
         case Volume(size=size):
             return _volume_probe_points(
-                probe, case, download_shape(case.shape, case.shaped), size or _volume_size(case.shape)
+                probe, case, download_shape(case.shape, case.shape_location), size or _volume_size(case.shape)
             )
         case MeshNodes(mesh=mesh):
             return _points_near_body(probe, case, download_shape(mesh, probe.at("mesh")).points())
@@ -123,7 +123,7 @@ def _volume_size(shape: geometry.Shape) -> float:
 
 def _surface(probe: Declared, case: Case) -> ProbePoints:
     own = probe.thing.mesh is not None
-    shape = download_shape(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.shaped)
+    shape = download_shape(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.shape_location)
     X, triangles = shape.surface(probe.thing.size or _surface_edge_length(shape))
     if probe.thing.where is None:
         return ProbePoints(X, triangles)
@@ -140,7 +140,7 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
 
 def _surface_points_in_volume(probe: Declared, case: Case) -> Floats | None:
     """Return the points (n, 3), m, of the body's surface that the condition of a volume probe selects."""
-    shape = download_shape(case.shape, case.shaped)
+    shape = download_shape(case.shape, case.shape_location)
     X, triangles = shape.surface(_surface_edge_length(shape))
     if probe.thing.where is None:
         return X
@@ -177,7 +177,7 @@ def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
 
 def _extent(case: Case, place: ProbePoints) -> float:
     """Return the diagonal of the body, m."""
-    shape = download_shape(case.shape, case.shaped)
+    shape = download_shape(case.shape, case.shape_location)
     return float(shape.diagonal) if shape.bounds is not None else float(np.linalg.norm(np.ptp(place.X, axis=0)))
 
 
@@ -197,7 +197,7 @@ def _triangle_group_masks(case: Case, shape: geometry.Shape, where: Condition) -
     """Return a function that gives the mask of surface triangles in a named group of a mesh file. Raises Fault."""
     from softmark.interpreter.problem import mesh_group_conditions
 
-    mesh = shape.named()
+    mesh = shape.mesh_with_groups()
     mesh_group_conditions.check((r for r in case.groups if r.thing.name in where.groups), mesh)
     facets, each = mesh_group_conditions.facet_membership(mesh), len(mesh.element.facet.triangles)
     return lambda name: np.repeat(facets(name), each)
@@ -253,7 +253,7 @@ def _volume_probe_points(probe: Declared, case: Case, shape: geometry.Shape, siz
     """
     each, named = _conditions_by_material(probe, case), case.groups and shape.prebuilt
     cuts = tuple(dict.fromkeys(cut for where in each for cut in cuts_for(where, shape)))
-    mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
+    mesh = shape.mesh_with_groups(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
     xi, weights = Tet10.quadrature()
     corners, volumes = mesh.points[mesh.cells], mesh.volumes
     if each:
@@ -305,7 +305,7 @@ def _selected_tetrahedra(probe: Declared, case: Case, mesh: Mesh, each: Sequence
 
 def drawn_surface(case: Case) -> ProbePoints:
     """Return the points and triangles of the body's surface for pictures."""
-    return ProbePoints(*surface_triangles(download_shape(case.shape, case.shaped)))
+    return ProbePoints(*surface_triangles(download_shape(case.shape, case.shape_location)))
 
 
 def surface_triangles(shape: geometry.Shape) -> tuple[Floats, Ints]:
@@ -324,7 +324,7 @@ def points_throughout(case: Case, place: ProbePoints) -> Floats:
 
     They are the nodes of its mesh file, or of a coarse mesh made for this purpose.
     """
-    shape = download_shape(case.shape, case.shaped)
+    shape = download_shape(case.shape, case.shape_location)
     if case.planar or shape.enclosed or place.triangles is None:
         return place.X
     inner = shape.points() if isinstance(shape, MeshFile) else shape.mesh(Tet4.name, _volume_size(shape)).points
@@ -337,13 +337,13 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
         return np.zeros((0, 3))
     from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
-    members = _triangle_group_masks(case, download_shape(case.shape, case.shaped), where) if where.groups else None
+    members = _triangle_group_masks(case, download_shape(case.shape, case.shape_location), where) if where.groups else None
     return clip_triangles(where, place.X, place.triangles, members)[0]
 
 
 def scan_surface(case: Case) -> ProbePoints:
     """Return points and triangles of the body's surface, fine enough for a simulated scan."""
-    shape = download_shape(case.shape, case.shaped)
+    shape = download_shape(case.shape, case.shape_location)
     return (
         ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn_surface(case)
     )
@@ -362,7 +362,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
 
     where, members = reduce(partial(Condition.junction, "or"), wheres), None
     if where.groups:
-        members = _triangle_group_masks(case, download_shape(case.shape, case.shaped), where)
+        members = _triangle_group_masks(case, download_shape(case.shape, case.shape_location), where)
     points, triangles, _ = clip_triangles(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 

@@ -69,7 +69,7 @@ def _gap_above_face(name: str, shape: Any, face: Face) -> float:
     low, high = shape.bounds
     own_low, own_high = face.body.bounds
     flat = isinstance(face.body, Rectangular) and face.body.flat
-    if any(low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.body_turns)):
+    if any(low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.has_half_section_body)):
         raise NotApplicable(f"`{name}` does not cover the end", PLANE)
     way = max(range(3), key=lambda c: abs(n[c]))
     if abs(n[way]) < 1.0 - SAME:
@@ -84,7 +84,7 @@ def _end_force(case: Case, face: Face) -> float:
         return 0.0
     load = case.loads[0]
     action = load.thing.action
-    if len(case.loads) > 1 or not isinstance(action, SurfaceTraction) or face.taken(action.where) != {face.end}:
+    if len(case.loads) > 1 or not isinstance(action, SurfaceTraction) or face.selected_ends(action.where) != {face.end}:
         raise NotApplicable(f"the load `{load.name}` does not act on the end that meets the plane", LOADS)
     along = float(dot(action.traction, face.normal))
     if math.hypot(*add_multiples(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):

@@ -156,7 +156,7 @@ def _comparison(
     points = mark_problems([_point_entry(c, outcomes, costs) for c in configurations])
     references, unsound = _references_and_failure(points, outcomes)
     saved: Json = {
-        "points": points, "references": references, "scenes": [s.described() for s in subjects],
+        "points": points, "references": references, "scenes": [s.scene_entries() for s in subjects],
         "studies": {s.name: _studies_to_json(s) for s in subjects}, "environment": describe_environment(started),
         "command": request.command, "created": started.isoformat(timespec="seconds"),
     }  # fmt: skip
@@ -291,7 +291,7 @@ def _timing_job(configuration: Configuration, request: ComparisonRequest) -> Tim
 def _point_entry(configuration: Configuration, outcomes: Mapping[str, PointOutcome], costs: Mapping[str, Json]) -> Json:
     key = configuration.key
     outcome = failed_outcome(configuration.task, configuration.reason) if configuration.reason else outcomes[key]
-    return {**configuration.described(), **outcome.point, "cost": costs.get(key)}
+    return {**configuration.identity_entries(), **outcome.point, "cost": costs.get(key)}
 
 
 def _references_and_failure(

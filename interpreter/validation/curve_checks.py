@@ -45,7 +45,7 @@ def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
     thing: CurveFromFile = reference.thing
     if isinstance(thing, ConsensusCurve) and (fault := _band_error(reference)) is not None:
         yield fault
-    elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
+    elif thing.uncertainty is None and not thing.uncertainty_columns and thing.repeats == 1:
         yield diagnostic("E408", reference.at(), f"`{reference.name}` has no uncertainty", "no uncertainty",
                          "give `uncertainty = 2 %` or an amount; or name the column of uncertainties with "
                          "`deviation`; or give repeated measurements: `path = [...]` or `y = [...]`")  # fmt: skip
@@ -72,7 +72,7 @@ def _band_error(reference: Declared) -> Diagnostic | None:
         return diagnostic("E226", reference.at(field), why, "unclear band",
                           "give the columns `low` and `high` of one table, or `deviation` or `uncertainty`, or one "
                           "curve per code")  # fmt: skip
-    if thing.agreed < 2:
+    if thing.code_count < 2:
         return diagnostic(
             "E226",
             reference.at(),

@@ -47,7 +47,7 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
                 "or use a dynamic analysis, `dynamic(...)`",
             )
         elif moving and not isinstance(
-            scene.declared[named := metric.thing.concerned or ""].thing, RigidContactPair | SelfContact
+            scene.declared[named := metric.thing.subject_name or ""].thing, RigidContactPair | SelfContact
         ):
             yield diagnostic(
                 "E635",

@@ -37,7 +37,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         except Fault:
             continue
         own = model.thing.own_mesh
-        shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.shaped)
+        shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.shape_location)
         if isinstance(shape, SurfaceBody):
             from softmark.interpreter.validation import (
                 filled_surface_checks,  # only imported for filled surfaces
@@ -46,7 +46,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             found = filled_surface_checks.doubts(model, case, shape)
             yield from (d for d in found if d not in said)
             said.update(found)
-        if own is None and not shape.fault and shape.lacks:
+        if own is None and not shape.fault and shape.no_hexahedra_reason:
             from softmark.interpreter.validation.tetrahedra_checks import check_hexahedral_mesh
 
             if (refusal := check_hexahedral_mesh(model, case, shape)) is not None:
@@ -74,12 +74,12 @@ def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
     try:
-        shape.named()
+        shape.mesh_with_groups()
         if (element := getattr(model.thing, "element", None)) in PLANE:
-            shape.named(element)
+            shape.mesh_with_groups(element)
     except UnreadableMesh as wrong:
         problem = f"the mesh of `{case.body.name}` cannot be used: {wrong}"
-        return diagnostic(wrong.code, case.shaped, problem, "not a plane region", wrong.remedy or "")
+        return diagnostic(wrong.code, case.shape_location, problem, "not a plane region", wrong.remedy or "")
     return None
 
 
@@ -112,7 +112,7 @@ def _check_groups_of_case(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
     try:
-        mesh_group_conditions.check(case.groups, shape.named())
+        mesh_group_conditions.check(case.groups, shape.mesh_with_groups())
     except Fault as wrong:
         yield wrong.diagnostic
     except UnreadableMesh:

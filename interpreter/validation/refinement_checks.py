@@ -40,7 +40,7 @@ class Method:
     case: Case
 
     @property
-    def formal(self) -> int:
+    def formal_order(self) -> int:
         """Theoretical convergence order of the element's displacements for smooth solutions."""
         order: int = self.declared.thing.order
         return order

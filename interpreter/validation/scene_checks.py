@@ -218,7 +218,7 @@ def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]
     if any(_has_error(contact, found) for contact in scene.of_kind("contact").values()):
         return  # the effect of contacts with errors is not known
     asked = (metric.thing for metric in scene.of_kind("metric").values())
-    ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
+    ringing = {thing.subject_name for thing in asked if not isinstance(thing, ForceMetric)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _deforms_without_loads(case))
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():

@@ -31,12 +31,12 @@ def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces
 
     It does not converge in a facet in contact that contains a sharp edge or tip of the rigid body.
     """
-    if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or not rest.knows(metric.concerned):
+    if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or not rest.knows(metric.subject_name):
         return None
     touch = next((touch for touch in case.contacts if touch.name == metric.of), None)
     field: Any = rest.touches[metric.of].field if metric.of in rest.touches else None
     gap = None if touch is None else gap_of(download_shape(touch.rigid.thing.shape, touch.rigid.at("shape")))
-    if touch is None or field is None or gap is None or gap.sharpest > 0.0:
+    if touch is None or field is None or gap is None or gap.least_curvature_radius > 0.0:
         return None
     if isinstance(metric, ContactPressure):
         X = np.zeros((0, 3)) if metric.at is None else np.array([metric.at])

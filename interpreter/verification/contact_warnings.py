@@ -53,9 +53,9 @@ def _selected_area_ratio(case: Case, touch: Touch, mesh: Mesh) -> float | None:
     known = None if case.planar else select_surface(case.shape, where)
     exact = selected_edge_area(case.shape, where, case.depth) if case.planar else known and known[0]
     own = find_loaded_surface(case.shape, mesh, where)
-    taken = np.unique(own.touched, axis=0)
+    taken = np.unique(own.selected_facets, axis=0)
     sides = find_loaded_surface(case.shape, mesh, EVERYWHERE)
-    return sides.of_facets(taken).area_of(case.depth) / exact if exact else None
+    return sides.of_facets(taken).area_with_depth(case.depth) / exact if exact else None
 
 
 def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
@@ -92,7 +92,7 @@ def penetration_warnings(
     checks = (facts.get("checks") or {}).get("contact") or {}
     for touch in case.contacts:
         gap, deep = gap_of(touch.rigid.thing.shape), (checks.get(touch.name) or {}).get("overlap") or 0.0
-        sharpest = np.inf if gap is None else gap.sharpest
+        sharpest = np.inf if gap is None else gap.least_curvature_radius
         most = max(DEEP * min(rest.moved, sharpest or np.inf), NOTHING * rest.extent)
         if mesh is not None and rest.reason is None and deep > most:
             yield diagnostic(
@@ -134,7 +134,7 @@ def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, tim
 def _longest_side(case: Case, touch: Touch, mesh: Mesh) -> float:
     """Return the longest side of contact facets, m; for a slice of a plane body only sides in its plane."""
     points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
-    return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).touched)
+    return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).selected_facets)
 
 
 def contradiction_warnings(

@@ -62,7 +62,7 @@ class CurveUnderTest(ProbeResultUnderTest):
         if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
             raise NoErrorEstimate(NO_ERROR)
         try:
-            return self.metric.apart(self.times, self._curve_values(self), other, self.reference)
+            return self.metric.bound_replacement_change(self.times, self._curve_values(self), other, self.reference)
         except Undefined as undefined:
             raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 
@@ -74,7 +74,7 @@ def history_answer(scene: Scene, metric: Declared, view: View, measured: Mapping
     if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
         return None
     reference = Curve(data.x, data.y, data.u)
-    if isinstance(of, ForceMetric) and of.followed and view.at_rest is not None and view.at_rest.knows(of.concerned):
+    if isinstance(of, ForceMetric) and of.followed and view.at_rest is not None and view.at_rest.knows(of.subject_name):
         times, nothing = force_history(of, view.at_rest).x, np.zeros((0, 3))
         return CurveUnderTest(nothing, np.zeros((len(times), 0, 3)), times, metric.thing, view.displacement, None, view,
                            view.history, at_rest=view.at_rest, reference=reference, contact=of)  # fmt: skip

@@ -123,7 +123,7 @@ class ErrorEstimate(SolutionUnderTest):
             found |= heterogeneity_errors(self)
         if (missing := missing_of(self.result.loads)) is not None:
             own, verifier = missing, verifier_of(self.declared.thing)
-            found["loads"] = lambda seen: verifier.loads_left(self, seen, own) * seen.size
+            found["loads"] = lambda seen: verifier.remaining_load_error(self, seen, own) * seen.size
         found |= facet_errors(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.has_material_history:
             found["time"] = lambda seen: self._time_step_error_by_refinement(seen, 2.0)
@@ -176,7 +176,7 @@ class ErrorEstimate(SolutionUnderTest):
             unbounded_work,
         )
 
-        if seen.metric is None or seen.metric.summed_by != "max":
+        if seen.metric is None or seen.metric.statistic_name != "max":
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
         if seen.metric.measured_from is None and (load := unbounded_work(seen.metric, self.case, mesh, seen.size)):
@@ -200,7 +200,7 @@ class ErrorEstimate(SolutionUnderTest):
         beyond, relative = self._reduction_error(seen)
         if isinstance(self.case.analysis, Dynamic):
             return LEFT * beyond + 10.0 * residual * seen.size
-        if seen.in_forces:
+        if seen.is_about_forces:
             return 100.0 * residual * seen.acting
         step: Floats | None = self.once("step", self.next_step)
         if step is None:
@@ -210,8 +210,8 @@ class ErrorEstimate(SolutionUnderTest):
             left = LEFT * most
         else:
             left = LEFT * seen.apart(seen.moved(self._nodal_step_field(step)))
-        if left > COARSE * seen.beside(left):
-            change = 100 * left / LEFT / seen.beside(left)
+        if left > COARSE * seen.comparison_scale(left):
+            change = 100 * left / LEFT / seen.comparison_scale(left)
             raise NoErrorEstimate(
                 f"the state is not in equilibrium: the next Newton step would change it by {change:.2g} %"
             )
@@ -228,7 +228,7 @@ class ErrorEstimate(SolutionUnderTest):
         relative, largest = known.get("estimated_error"), known.get("estimated_error_m")
         if relative is None or largest is None:
             raise NoErrorEstimate("the residual of the reduced model in the equations of the full model is not known")
-        return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
+        return (largest if seen.unit == "m" and not seen.is_about_forces else relative * seen.size), relative
 
     def _nodal_step_field(self, step: Floats) -> NodalDisplacementField:
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
@@ -262,7 +262,7 @@ class ErrorEstimate(SolutionUnderTest):
         found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
         if found is None:
             return 0.0
-        own = found.length if seen.unit == "m" and not seen.in_forces else None
+        own = found.length if seen.unit == "m" and not seen.is_about_forces else None
         return MODAL * (found.relative * seen.size if own is None else own)
 
     def _time_step_error_by_refinement(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
@@ -291,7 +291,7 @@ class ErrorEstimate(SolutionUnderTest):
         """Return the result of a solution with a time step `times` as long. Raises NoErrorEstimate."""
         analysis: Any = self.case.analysis
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
-        return seen.of(self.solved(f"step {times:g}", self.declared, case, 1.0 / times)[0])
+        return seen.of(self.solve_other_model(f"step {times:g}", self.declared, case, 1.0 / times)[0])
 
     def _step_distance(self, seen: ProbeResultUnderTest, other: ProbeResultUnderTest, another: str) -> float:
         """Return the distance between results with two time steps. Raises NoErrorEstimate if it is too large."""
@@ -309,7 +309,7 @@ def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
 
     The result is None for metrics that do not measure displacements.
     """
-    if not seen.in_displacements or seen.unit == "s":
+    if not seen.is_about_displacements or seen.unit == "s":
         return None
     largest = float(np.linalg.norm(step, axis=1).max(initial=0.0))
     if seen.unit == "m":
@@ -431,7 +431,7 @@ def _requested_results(
 
 def _is_about_forces(scene: Scene, metric: Any, view: View) -> bool:
     """Return whether a metric evaluates forces that are known in the results `view` of a model."""
-    if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
+    if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.subject_name):
         return False
     return metric.body_in(scene) in (None, view.body)
 

@@ -80,7 +80,7 @@ class Budget:
         """Remaining CPU time, s."""
         return self.limit - self.spent - (self._elapsed_cpu_time if self._depth else 0.0)
 
-    def grow(self, took: float) -> None:
+    def add_solution_time(self, took: float) -> None:
         """Increase the budget for `took` seconds of solution time that its clock missed, such as modal analysis."""
         self.limit += SOLUTIONS * took
 

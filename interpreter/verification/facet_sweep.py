@@ -120,13 +120,13 @@ class FacetSweep:
         The first tuple has quadrature points: their facets (p,), local coordinates (p, 2) and weights (p,). The second
         has facets (v,) on which two quadrature rules disagreed, and the local area of disagreement (v,).
         """
-        told = self._told()
+        told = self._selection_by_bounds()
         open_ = np.flatnonzero(told == 0)
-        crossing, inside = self._crossed(open_)
+        crossing, inside = self._find_crossing_borders(open_)
         cut = crossing.any(axis=0)
         self.through[:, open_] = crossing
         whole = np.concatenate([np.flatnonzero(told > 0), open_[inside & ~cut]])
-        return np.sort(whole), *self._swept(open_[cut])
+        return np.sort(whole), *self._sweep_cut_facets(open_[cut])
 
     # -------------------------------------------------------------- facets that borders cut
 
@@ -137,7 +137,7 @@ class FacetSweep:
         X = (N @ self.corners[f]).transpose(2, 1, 0)
         return tuple(X) if self.out is None else self.out(tuple(X))
 
-    def _told(self) -> Ints:
+    def _selection_by_bounds(self) -> Ints:
         """Return 1 for facets (f,) that the condition selects wholly by bounds, -1 for unselected, 0 for undecided."""
         n = len(self.corners)
         told = np.zeros(n, dtype=np.int64)
@@ -166,7 +166,7 @@ class FacetSweep:
         xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
         return np.concatenate([xi, more])
 
-    def _crossed(self, f: Ints) -> tuple[Any, Any]:
+    def _find_crossing_borders(self, f: Ints) -> tuple[Any, Any]:
         """Return a mask of borders that pass between points of a lattice (b, f), and facets f with a selected point."""
         inside = np.zeros(len(f), dtype=np.bool_)
         cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
@@ -176,7 +176,7 @@ class FacetSweep:
             levels = self._levels(some, np.broadcast_to(xi, (len(some), *xi.shape)))  # (b, m, l)
             cut[:, at : at + 1000] = self._signs(levels).min(axis=1) != self._signs(levels).max(axis=1)
             middle = [level[[xi.shape[0] // 2]] for level in levels]
-            inside[at : at + 1000] = np.broadcast_to(self.condition.given(middle, self.extent), (1, len(some)))[0]
+            inside[at : at + 1000] = np.broadcast_to(self.condition.holds_for_levels(middle, self.extent), (1, len(some)))[0]
         return cut, inside
 
     def _signs(self, levels: Floats) -> Floats:
@@ -202,15 +202,15 @@ class FacetSweep:
 
     # -------------------------------------------------------------- strips
 
-    def _swept(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
+    def _sweep_cut_facets(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
         """Return quadrature points over the selected parts of facets f, and the area on which two rules disagreed."""
         own, low, high = self._panels(f)
         points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(f, np.full(len(f), SURE))]
         for halved in range(HALVED + 1):
             if not len(own):
                 break
-            few, _ = self._strips(own, low, high, LINES[0])
-            many, (g, xi, w) = self._strips(own, low, high, LINES[1])
+            few, _ = self._integrate_panels(own, low, high, LINES[0])
+            many, (g, xi, w) = self._integrate_panels(own, low, high, LINES[1])
             apart = np.abs(few - many).max(axis=1)
             good = (apart <= AGREE) | (halved == HALVED)
             late = good & (apart > AGREE)
@@ -229,14 +229,14 @@ class FacetSweep:
 
         Each panel is given by its facet and its first and last line coordinate a.
         """
-        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._turning_points_and_crossings(f)]
+        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._border_ends_on_sides(f), *self._turning_points_and_crossings(f)]
         facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
         facet, place = facet[order], place[order]
         real = (facet[1:] == facet[:-1]) & (place[1:] - place[:-1] > 1e-9)
         return facet[:-1][real], place[:-1][real], place[1:][real]
 
-    def _ends(self, f: Ints) -> list[tuple[Ints, Floats]]:
+    def _border_ends_on_sides(self, f: Ints) -> list[tuple[Ints, Floats]]:
         """Return facets and line coordinates a at which borders meet the sides on which the lines begin or end."""
         t, found = np.linspace(0.0, 1.0, ASKED), []
         for end in (0.0, 1.0):
@@ -275,7 +275,7 @@ class FacetSweep:
             found.append((own[fine][first], a[fine][first]))
         return found
 
-    def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
+    def _integrate_panels(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
         """Return the area and first moments (n, 3) of the selected parts of n panels, and their quadrature points.
 
         The points are given by their panel (p,), local coordinates (p, 2) and weights (p,). Lines are denser towards
@@ -285,7 +285,7 @@ class FacetSweep:
         t, v = 0.5 * (x + 1.0), 0.5 * v
         a = (low[:, None] + (high - low)[:, None] * t**2 * (3.0 - 2.0 * t)).ravel()
         weight = ((high - low)[:, None] * v * 6.0 * t * (1.0 - t)).ravel()
-        line, begin, end = self._between(np.repeat(f, n), a)
+        line, begin, end = self._selected_intervals(np.repeat(f, n), a)
         y, u = np.polynomial.legendre.leggauss(ALONG)
         b = 0.5 * (begin + end)[:, None] + 0.5 * (end - begin)[:, None] * y
         w = weight[line][:, None] * 0.5 * (end - begin)[:, None] * u
@@ -301,7 +301,7 @@ class FacetSweep:
             return np.stack([2 * b - 1, 2 * a - 1], axis=-1), np.full_like(a, 4.0)
         return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
 
-    def _between(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
+    def _selected_intervals(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
         """Return the selected intervals of lines a (l,) of facets f: the line, begin and end of each."""
         n, t = len(f), np.linspace(0.0, 1.0, ASKED)
         grid = np.broadcast_to(t, (n, ASKED))
@@ -324,7 +324,7 @@ class FacetSweep:
         sides = self._levels(f[line], middle)
         through = self.through[:, None, f[line]]  # on a cut facet no point counts as on the border
         sides = np.where(through, np.sign(sides) * 1e300, sides)
-        inside = np.broadcast_to(self.condition.given([*sides], self.extent), (1, len(line)))[0]
+        inside = np.broadcast_to(self.condition.holds_for_levels([*sides], self.extent), (1, len(line)))[0]
         return line[inside], begin[inside], end[inside]
 
     def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:

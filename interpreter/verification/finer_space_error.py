@@ -63,7 +63,7 @@ class FinerState:
         return solution_of_state(self.static, self.case, self.state)
 
     @cached_property
-    def missing(self) -> Mapping[str, float]:
+    def missed_load_fractions(self) -> Mapping[str, float]:
         """Fraction of each surface load that the finer mesh may miss, by name of the load."""
         from softmark.interpreter.problem.surface_selection.load_resultants import resultants
 
@@ -91,7 +91,7 @@ class FinerState:
             taken = max(count, min(count + MORE, len(coarse.free) // 2 - 1))
             left = self.budget.left
             modes = P @ lowest_modes(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
-            self.budget.grow(left - self.budget.left)
+            self.budget.add_solution_time(left - self.budget.left)
             values = lowest_frequencies(*self.solver, M, modes)[:count]
         except (ModesNotFound, StateLost, Singular, Undefined) as error:
             raise NoErrorEstimate(str(error) or "the finer space has no vibration modes") from error
@@ -122,7 +122,7 @@ def solve_finer_space(
         budget.check()
         static, _ = build_static(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
         problem = static.problem
-        x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
+        x = static.unknowns.start_state(above.interpolate_displacements(solved.displacement).ravel())
         assert x is not None
         x[problem.fixed] = problem.target
         static = interaction_setup.recenter_stabilization(static, x)
@@ -225,10 +225,10 @@ def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solut
     from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
     from softmark.interpreter.models.shared.deformed_mesh import DeformedBody
 
-    pressures = static.unknowns.pressed(static.solid, static.pieces, state)
+    pressures = static.unknowns.cell_pressures(static.solid, static.pieces, state)
     mesh = DeformedBody(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
     field = displacement_field(static.model, case, mesh)
-    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
+    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.nodal_forces_in_state(state)))
     return replace(
         found, at_rest=forces_and_energies(replace(static.declared, thing=static.model), case, static, found)
     )
@@ -258,7 +258,7 @@ def solve_on_same_mesh(
     except (NoErrorEstimate, StateLost):
         pass  # Newton's method below
     try:
-        result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
+        result = equilibrium(replace(static.problem, start=static.unknowns.start_state(u), watch=budget.check))
     except NotConverged as error:
         raise NoErrorEstimate(
             f"the same model with its most accurate strain measure has no solution ({error.reason})"

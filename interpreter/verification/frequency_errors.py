@@ -32,7 +32,7 @@ class FrequencyUnderTest(ProbeResultUnderTest):
     vibrations: Callable[[int], Floats] | None = None
 
     @property
-    def in_forces(self) -> bool:
+    def is_about_forces(self) -> bool:
         """True: a frequency depends on stiffness and mass, not on displacements of points."""
         return True
 

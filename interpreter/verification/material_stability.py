@@ -50,7 +50,7 @@ def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
         if not own:
             continue
         F, w = _deformation_gradients(case, mesh, which)
-        own = {name: look for name, look in own.items() if look.reached(case.material, F)}
+        own = {name: look for name, look in own.items() if look.may_be_unstable(case.material, F)}
         if not own:
             continue
         law, held = _law_and_constraint(case, mesh, part, which, how[1], F, w)
@@ -58,7 +58,7 @@ def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
             gone = look.gone(law, F, held)
             if gone is not None and gone.any():
                 lost[name].add(part, F, w, gone)
-    return {name: known for name, one in lost.items() if (known := one.told(volume))}
+    return {name: known for name, one in lost.items() if (known := one.report_facts(volume))}
 
 
 @dataclass
@@ -86,7 +86,7 @@ class UnstableVolume:
             X = rule_positions(part, part.element.quadrature()).reshape(-1, 3)
             self.worst = float(far[place]), X[gone][place], s[place]
 
-    def told(self, volume: float) -> dict[str, Any]:
+    def report_facts(self, volume: float) -> dict[str, Any]:
         """Return facts with the unstable fraction of the `volume`, m^3; empty if nothing is unstable."""
         _, X, s = self.worst
         return {} if X is None else {"share": self.volume / volume, "at_m": X.tolist(), "stretches": s.tolist()}
@@ -99,7 +99,7 @@ class Elliptic:
         """Return whether the material needs no test: viscoelastic, or elliptic by its constants."""
         return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
 
-    def reached(self, material: Any, F: Floats) -> bool:
+    def may_be_unstable(self, material: Any, F: Floats) -> bool:
         """Return whether ellipticity may be lost in one of the states F (k, 3, 3); always true."""
         return True
 
@@ -119,7 +119,7 @@ class Drucker:
             return True
         return bool(getattr(material, "convex_above", math.inf) <= 0.0)
 
-    def reached(self, material: Any, F: Floats) -> bool:
+    def may_be_unstable(self, material: Any, F: Floats) -> bool:
         """Return whether stability may be lost in a state of F (k, 3, 3), by the law's limit of volume ratios."""
         from softmark.solvers.materials.tensor_components import components, displacement_gradient, volume_change
 

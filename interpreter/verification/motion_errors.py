@@ -132,7 +132,7 @@ def _time_step_errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricErr
         if metric.thing.body_in(scene) not in (None, view.body):
             continue
         probe = view.probes.get(metric.thing.looked_at or "")
-        if (probe is not None or metric.thing.concerned) and (found := error_of(view, metric.thing, probe)) is not None:
+        if (probe is not None or metric.thing.subject_name) and (found := error_of(view, metric.thing, probe)) is not None:
             yield name, found
     if not metrics:
         for name, probe in view.probes.items():

@@ -75,7 +75,7 @@ class ProbeResultUnderTest:
 
     def of(self, solution: Solution) -> ProbeResultUnderTest:
         """Return the result of the same probe for another solution, at the same times. Raises NoErrorEstimate."""
-        seen = replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
+        seen = replace(self, u=self._displacements_of_solution(solution), field=solution.displacement, history=solution.history)
         return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
     def at(self, field: CachedField) -> ProbeResultUnderTest:
@@ -91,20 +91,20 @@ class ProbeResultUnderTest:
         return replace(self, u=self.u + np.asarray(step(self.X)), field=field, stress=moved)
 
     @property
-    def in_displacements(self) -> bool:
+    def is_about_displacements(self) -> bool:
         """True if the metric measures displacements, so that their relative error is also that of the metric."""
         plain = self.metric is None or isinstance(self.metric, DisplacementMetric)
-        return plain or self.times is not None or (self.unit == "m" and not self.in_forces)
+        return plain or self.times is not None or (self.unit == "m" and not self.is_about_forces)
 
     @property
-    def single(self) -> bool:
+    def is_single_displacement(self) -> bool:
         """True if the metric is the displacement of one point at the end."""
-        if self.times is not None or not self.in_displacements or not len(self.X):
+        if self.times is not None or not self.is_about_displacements or not len(self.X):
             return False
         return len(self.X) == 1 or (self.metric is not None and self.metric.last)
 
     @property
-    def tensors_at_one(self) -> bool:
+    def is_tensor_at_point(self) -> bool:
         """True if the metric is a stress or strain at one point at the end."""
         plain = isinstance(self.metric, TensorMetric) and self.metric.measured_from is None
         return plain and len(self.X) == 1 and self.times is None
@@ -122,7 +122,7 @@ class ProbeResultUnderTest:
 
         return self._number_from_stresses(distance, self.stress)
 
-    def of_single(self, apart: Floats) -> float:
+    def rms_displacement_change(self, apart: Floats) -> float:
         """Return the root mean square of displacement changes `apart` (n, 3), m, around the metric's single point.
 
         Components and unit are those of the metric: in m, or relative to the displacement of the point.
@@ -134,7 +134,7 @@ class ProbeResultUnderTest:
         return rms if self.unit == "m" or size == 0.0 else rms / size
 
     @property
-    def in_forces(self) -> bool:
+    def is_about_forces(self) -> bool:
         """True if the metric measures forces, which displacements of points do not determine."""
         return isinstance(self.metric, ForceMetric)
 
@@ -146,7 +146,7 @@ class ProbeResultUnderTest:
     @property
     def size(self) -> float:
         """Factor that converts an error relative to the displacements into the metric's unit."""
-        if self.unit == "m" and not self.in_forces:
+        if self.unit == "m" and not self.is_about_forces:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
         if isinstance(self.metric, TensorMetric):
             return self._tensor_error_scale(self.metric)
@@ -177,26 +177,26 @@ class ProbeResultUnderTest:
         A force that vanishes by symmetry is the difference of forces that do not vanish.
         """
         rest = self.at_rest
-        if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, ForceMetric) else None):
+        if rest is None or not rest.knows(self.metric.subject_name if isinstance(self.metric, ForceMetric) else None):
             return self.size
         if self.unit == "m":
             return max(self.size, rest.moved)
         known = isinstance(self.metric, ForceMetric) and self.metric.measured_from is None
         return max(self.size, self.metric.acting(rest)) if known else self.size  # type: ignore[union-attr]
 
-    def beside(self, apart: float) -> float:
+    def comparison_scale(self, apart: float) -> float:
         """Return the scale to compare a distance `apart` with: `size`, or `acting` if the distance is negligible."""
         return self.size if apart > TRIFLE * self.acting else self.acting
 
     @property
     def value(self) -> float:
         """Value of the metric. Raises NoErrorEstimate."""
-        return self._measured(self, None)
+        return self._evaluate_metric_for(self, None)
 
-    def _of(self, solution: Solution) -> Floats:
+    def _displacements_of_solution(self, solution: Solution) -> Floats:
         if solution.displacement is None:
             raise NoErrorEstimate(solution.message or "there is no solution")
-        if self.in_forces:  # and at no points
+        if self.is_about_forces:  # and at no points
             return self.u
         if self.times is None or solution.history is None:
             return np.asarray(solution.displacement(self.X))
@@ -219,12 +219,12 @@ class ProbeResultUnderTest:
         if isinstance(self.metric, TensorMetric):
             return self._tensor_distance(self.metric, other)
         if self.unit == "m":
-            return self._distance(other)
+            return self._statistic_change_bound(other)
         if self.metric.measured_from is None:
-            return abs(self._measured(other, None) - self.value)
-        if self.metric.summed_by.endswith("sd"):
+            return abs(self._evaluate_metric_for(other, None) - self.value)
+        if self.metric.statistic_name.endswith("sd"):
             raise NoErrorEstimate(f"{NO_ERROR}: a standard deviation does not measure the distance of two solutions")
-        return self._measured(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
+        return self._evaluate_metric_for(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
 
     def change(self, other: ProbeResultUnderTest) -> float:
         """Return the difference between the metric's values of this and of another solution, in the metric's unit.
@@ -235,7 +235,7 @@ class ProbeResultUnderTest:
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
         if plain and isinstance(self.metric, ForceMetric | TensorMetric):
-            theirs, own = self._measured(other, None), self.value
+            theirs, own = self._evaluate_metric_for(other, None), self.value
             if isinstance(self.metric, TensorMetric) and self.metric.over == "largest":
                 return abs(abs(theirs) - abs(own))  # of two sides that are stressed alike, either may be the larger
             return abs(theirs - own)
@@ -243,7 +243,7 @@ class ProbeResultUnderTest:
 
     def _force_distance(self, metric: ForceMetric, other: ProbeResultUnderTest) -> float:
         try:
-            return metric.at_points(self.X).apart(other.at_rest, self.at_rest)
+            return metric.at_points(self.X).difference_in_metric_unit(other.at_rest, self.at_rest)
         except Undefined as undefined:
             raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 
@@ -252,7 +252,7 @@ class ProbeResultUnderTest:
             raise NoErrorEstimate(NO_ERROR)
         own, theirs = self.stress, other.stress
         return self._number_from_stresses(
-            lambda one, right: metric.apart(one, theirs(), self._samples(metric, one), right), own
+            lambda one, right: metric.field_difference(one, theirs(), self._samples(metric, one), right), own
         )
 
     @property
@@ -283,21 +283,21 @@ class ProbeResultUnderTest:
             raise NoErrorEstimate("the probe does not move, so there is no relative error")
         return float(np.linalg.norm(other.u - self.u)) / size
 
-    def _distance(self, other: ProbeResultUnderTest) -> float:
+    def _statistic_change_bound(self, other: ProbeResultUnderTest) -> float:
         """Return a bound of how much a statistic of distances changes, m, by the triangle inequality."""
         apart = other.u - self.u
         if self.metric is not None and self.metric.last:
             along = self.metric.direction
             return abs(float(apart[-1] @ along)) if along is not None else float(np.linalg.norm(apart[-1]))
         distances = np.linalg.norm(apart, axis=1)
-        match self.metric.summed_by if self.metric is not None else "max":
+        match self.metric.statistic_name if self.metric is not None else "max":
             case "mean":
                 return float(distances.mean())
             case "max":
                 return float(distances.max())
         return float(np.sqrt(np.mean(distances**2)))
 
-    def _measured(self, other: ProbeResultUnderTest, known: ReferenceData | None) -> float:
+    def _evaluate_metric_for(self, other: ProbeResultUnderTest, known: ReferenceData | None) -> float:
         """Return the value of the metric for another solution, against reference data if `known`.
 
         Raises NoErrorEstimate.

@@ -123,7 +123,7 @@ def _unverified_share(case: Case) -> float:
 def _resultant_of_reactions_and_loads(carried: NodalForces, known: Mapping[str, Reaction]) -> Wrench:
     """Return the sum of the forces and moments of supports and loads."""
     supports = (Wrench(np.array(r.force), np.array(r.moment)) for r in known.values())
-    return sum((*supports, *carried.applied.values()), NOTHING)
+    return sum((*supports, *carried.load_resultants.values()), NOTHING)
 
 
 def _relative_imbalance(left: Wrench, carried: NodalForces, scale: float) -> tuple[float, float]:

@@ -76,7 +76,7 @@ class SamplePoints:
     X: Floats
     weights: Floats
 
-    def mean_square(self, u: Floats) -> float:
+    def l2_norm(self, u: Floats) -> float:
         """Return the L2 norm over the body of a field u (n, 3) known at the points."""
         return float(np.sqrt(self.inner(u, u)))
 
@@ -110,7 +110,7 @@ def extrapolate_limit(family: Family, where: SamplePoints) -> Limit:
     """Return the limit of one method under refinement."""
     u = [field(where.X) for field in family.fields]
     changes = [b - a for a, b in pairwise(u)]
-    coarse, fine = (where.mean_square(c) for c in changes[-2:])
+    coarse, fine = (where.l2_norm(c) for c in changes[-2:])
     # distances of the finest three from the finest, as values of one quantity
     found = estimate_convergence(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
     doubt = family.unfit or found.reason or _not_asymptotic_reason(found.order or 0.0, family, where, changes)
@@ -126,7 +126,7 @@ def _not_asymptotic_reason(order: float, family: Family, where: SamplePoints, ch
     if not LOWEST <= order <= family.formal + ABOVE:
         return f"far from the theoretical order {family.formal:g}"
     coarse, fine = changes[-2:]
-    norms = where.mean_square(coarse) * where.mean_square(fine)
+    norms = where.l2_norm(coarse) * where.l2_norm(fine)
     if norms > 0 and where.inner(coarse, fine) < ALIGNED * norms:
         return "successive changes do not point towards one limit"
     return None
@@ -249,7 +249,7 @@ def _extrapolate_method(
     unheld = _support_mismatch(method.case, members)
     family = Family(
         method.declared.name,
-        method.formal,
+        method.formal_order,
         [m.actual for m in members],
         [m.displacement for m in members],
         method.case.analysis.tolerance,
@@ -312,7 +312,7 @@ def _facts(
     for method, family, own in zip(methods, families, limits, strict=True):
         found[method.declared.name] = {
             "order": own.order,
-            "formal_order": method.formal,
+            "formal_order": method.formal_order,
             "estimate": own.estimate,
             "extrapolated": own.extrapolated,
             "doubt": own.doubt,

@@ -50,7 +50,7 @@ def _region_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest, left: fl
     if way == (0, 0):
         return most
     try:
-        solution, _ = whole.solved(f"leaning {way}", whole.declared, replace(whole.case, leaning=way))
+        solution, _ = whole.solve_other_model(f"leaning {way}", whole.declared, replace(whole.case, leaning=way))
         return min(most, seen.apart(seen.of(solution)))
     except NoErrorEstimate:
         if math.isinf(most):

@@ -53,7 +53,7 @@ def _free_muscle_strain(case: Case, mesh: DeformedMesh | None) -> float:
     if not any(hasattr(material, "passive") for material in case.materials):
         return 0.0
     known = [m for m in representative_materials(case, None if mesh is None else mesh.mesh) if hasattr(m, "passive")]
-    return max(float(abs(m.much)) / (3.0 * m.shear_modulus if m.pulls else 1.0) for m in known)
+    return max(float(abs(m.activation_value)) / (3.0 * m.shear_modulus if m.pulls else 1.0) for m in known)
 
 
 def _points(case: Case, mesh: DeformedMesh | None, seen: ProbeResultUnderTest) -> Floats:

@@ -53,7 +53,7 @@ def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResul
 
 def _selection_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
     """Return the change of a result if all partly selected facets and cells are held."""
-    solution, _ = whole.solved("wide", whole.declared, replace(whole.case, wide=True))
+    solution, _ = whole.solve_other_model("wide", whole.declared, replace(whole.case, wide=True))
     return seen.apart(seen.of(solution))
 
 
@@ -74,7 +74,7 @@ def _foundation_shares(case: Case, prepared: Prepared) -> dict[str, float]:
             known = select_surface(case.shape, where)
             exact = None if known is None else known[0]
         found[bed.name] = (
-            find_loaded_surface(case.shape, prepared.mesh, where).area_of(case.depth) / exact if exact else 1.0
+            find_loaded_surface(case.shape, prepared.mesh, where).area_with_depth(case.depth) / exact if exact else 1.0
         )
     return found
 

@@ -59,12 +59,12 @@ class SolutionUnderTest:
         return isinstance(self.case.analysis, Dynamic) or self.case.has_material_history
 
     @property
-    def others(self) -> float:
+    def reserved_solution_cost(self) -> float:
         """Cost reserved for solutions that other error parts than finer cells need, relative to this solution."""
         return OTHERS + (LONGER if self.in_time else 0.0)
 
     @property
-    def system(self) -> float:
+    def setup_and_solve_fraction(self) -> float:
         """Fraction of the solution's CPU time that building the model and solving one linear system took."""
         took = {n: t.median if (t := self.result.time.get(n)) else 0.0 for n in ("setup_cpu_s", "solve_cpu_s")}
         whole, systems = sum(took.values()), max(1, int(self.result.solve.get("iterations") or 1))
@@ -95,7 +95,7 @@ class SolutionUnderTest:
             raise self._kept[key]
         return self._kept[key]
 
-    def solved(
+    def solve_other_model(
         self,
         key: str,
         declared: Declared,
@@ -112,7 +112,7 @@ class SolutionUnderTest:
         """
 
         def solve() -> tuple[Solution, dict[str, int]]:
-            before = self._before(key, case)
+            before = self._previous_state_of(key, case)
             self.budget.must_hold(costs, slight)
             from softmark.interpreter.models.model_preparation import prepared_model
 
@@ -131,7 +131,7 @@ class SolutionUnderTest:
             raise NoErrorEstimate(f"the same model on another mesh has no solution ({solution.message})")
         return solution, size
 
-    def _before(self, key: str, case: Case) -> DeformedMesh | None:
+    def _previous_state_of(self, key: str, case: Case) -> DeformedMesh | None:
         """Return the previous state of another model if states depend on earlier ones, else None.
 
         Raises NoErrorEstimate.
@@ -146,7 +146,7 @@ class SolutionUnderTest:
             raise NoErrorEstimate("the states before it were not solved again")
         return None if known is None else known[0].mesh
 
-    def chosen(self, key: str, choice: bool) -> bool:
+    def choose_for_all_states(self, key: str, choice: bool) -> bool:
         """Return a choice that is made once for all states: the one made in the previous state, else `choice`."""
         known = {} if self.earlier is None else self.earlier._kept
         found: bool = self._kept.setdefault(key, known.get(key, choice))
@@ -162,7 +162,7 @@ class SolutionUnderTest:
         size = {} if factor == 1.0 else {"size": self.solid.thing.size * factor}
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
-    def on_nodes(self, costs: float = 1.0) -> DeformedMesh:
+    def require_deformed_mesh(self, costs: float = 1.0) -> DeformedMesh:
         """Return the deformed mesh. Raises NoErrorEstimate if it is unknown or the budget is too small.
 
         The budget must allow work that costs `costs` times as much as the solution.

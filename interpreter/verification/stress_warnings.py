@@ -72,7 +72,7 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")
-        if not isinstance(metric.thing, DisplacementMetric) or metric.thing.summed_by != "max" or seen is None:
+        if not isinstance(metric.thing, DisplacementMetric) or metric.thing.statistic_name != "max" or seen is None:
             continue
         last = slice(-1 if metric.thing.last else 0, None)
         if seen.displacement is None:
@@ -242,7 +242,7 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
     yield diagnostic(
         "W387",
         metric.at(),
-        f"the {metric.thing.made_of} of neighbouring cells of `{view.name}` differs by "
+        f"the {metric.thing.decisive_tensor_part} of neighbouring cells of `{view.name}` differs by "
         f"{100 * apart:.0f} % at {place}, where `{metric.name}` is evaluated",
         "not resolved by the mesh",
         "refine the mesh there; at a re-entrant corner stress is singular, and `--stated` reports whether it converges",

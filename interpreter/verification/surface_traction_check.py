@@ -114,9 +114,9 @@ def mismatch(
         before, after = metric.values(tensors), metric.values(Tensors(six, H, tensors.small))
     except (Undefined, np.linalg.LinAlgError):
         return None
-    shares = sides.per_row(samples.shares)
-    own, value = metric.reduced(before, shares)
-    _, other = metric.reduced(after, shares)
+    shares = sides.divide_among_rows(samples.shares)
+    own, value = metric.reduce_values(before, shares)
+    _, other = metric.reduce_values(after, shares)
     if not (np.isfinite(value) and np.isfinite(other)):
         return None
     size = metric.norms(Tensors(change, H[row] - tensors.H[row], True))
@@ -330,7 +330,7 @@ class _ActingLoad:
         part = surface_of(case, load, self.action.where, mesh)
         self._number = {tuple(sorted(row)): f for f, row in enumerate(mesh.facets.tolist())}
         self._whole = {self._number[tuple(sorted(row))] for row in part.whole.tolist()}
-        self._parts = {self._number[tuple(sorted(row))] for row in np.unique(part.touched, axis=0).tolist()}
+        self._parts = {self._number[tuple(sorted(row))] for row in np.unique(part.selected_facets, axis=0).tolist()}
 
     def at(self, X: Floats, facet: int) -> bool | None:
         """Return whether the load acts on a facet at X (3,), m; None if that is unknown, or at the load's border."""

@@ -143,7 +143,7 @@ class PlaneStress(Planar):
         """Return the material law in plane stress: with the stretch along z that makes the stress along z zero."""
         from softmark.solvers.materials.plane_stress import Plate
 
-        return Plate.made(material)
+        return Plate.from_material(material)
 
 
 @dataclass(frozen=True)

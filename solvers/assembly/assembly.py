@@ -77,11 +77,11 @@ class Assembly:
 
         return None if self.points is None else rigid_motions(self.points, self.free)
 
-    def _scaled(self, load: float) -> list[tuple[Energy, float]]:
+    def _energies_with_factors(self, load: float) -> list[tuple[Energy, float]]:
         """Return pairs of all energies and their factors at a load fraction."""
-        return [(e, 1.0) for e in self.internal] + self.loaded(load)
+        return [(e, 1.0) for e in self.internal] + self.loads_with_factors(load)
 
-    def loaded(self, load: float) -> list[tuple[Energy, float]]:
+    def loads_with_factors(self, load: float) -> list[tuple[Energy, float]]:
         """Return pairs of the loads and their factors at a load fraction.
 
         The factor is the load fraction. A load that is `not_proportional` is instead evaluated at the load fraction and
@@ -96,12 +96,12 @@ class Assembly:
 
     def value(self, x: Floats, load: float) -> float:
         """Return the total potential energy, J; infinite outside the domain of a law."""
-        return sum(scale * e.value(x) for e, scale in self._scaled(load) if scale != 0.0)
+        return sum(scale * e.value(x) for e, scale in self._energies_with_factors(load) if scale != 0.0)
 
     def gradient(self, x: Floats, load: float) -> Floats:
         """Return the residual force on every degree of freedom (dofs,), N; at supports these are reactions."""
         g: Floats = np.zeros(self.dofs, dtype=self.kind)
-        for energy, scale in self._scaled(load):
+        for energy, scale in self._energies_with_factors(load):
             energy.add_gradient(x, g, scale)
         return g
 
@@ -115,11 +115,11 @@ class Assembly:
         If `projected`, the local blocks are made positive semi-definite.
         """
         data: Floats = np.zeros(len(self.pattern.indices), dtype=self.kind)
-        for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
+        for (energy, scale), slots in zip(self._energies_with_factors(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
                 energy.add_hessian(x, data, slots, scale, projected)
         K = self.pattern.matrix(data)
-        for energy, scale in self._scaled(load):
+        for energy, scale in self._energies_with_factors(load):
             if isinstance(energy, DynamicPatternEnergy):
                 K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).astype(self.kind).tocsr()
         return K

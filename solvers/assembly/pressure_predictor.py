@@ -46,7 +46,7 @@ class MixedPoints(Elastic):
     volume: ElasticLaw = field(kw_only=True)
     expected: Floats | None = None
 
-    def expecting(self, x: Floats, d: Floats) -> MixedPoints:
+    def with_predicted_pressures(self, x: Floats, d: Floats) -> MixedPoints:
         """Return the energy with the pressures U' + U'' cof F : dF that a step d from x predicts."""
         f, h = components(self.F(x)), components(self.F(d))
         cof = cofactor(f)
@@ -54,12 +54,12 @@ class MixedPoints(Elastic):
         grown = (inner(cof, h) - trace(cof)) / J  # cof F : dF over J, dF = h - I
         return replace(self, expected=self._volumetric_pressure(J) + self._volumetric_stiffness(J) * grown)
 
-    def corotated(self, x: Floats) -> MixedPoints:
+    def with_corotational_pressures(self, x: Floats) -> MixedPoints:
         """Return the energy with the pressures of a corotational law at x: lam tr(S - I), with F = R S."""
         F = self.F(x)
         f = components(F)
         stretched = inner(rotation(f), f) - 3.0
-        lam = self._volumetric_stiffness(np.ones(len(F) if self.varies else 1, dtype=F.dtype))
+        lam = self._volumetric_stiffness(np.ones(len(F) if self.has_varying_constants else 1, dtype=F.dtype))
         return replace(self, expected=lam * stretched)
 
     def _volumetric_stiffness(self, J: Floats) -> Floats:
@@ -86,7 +86,7 @@ class MixedPoints(Elastic):
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
-        if self._of_invariants:
+        if self._has_invariant_law:
             f = components(self.F(x))
             more = self.expected - self._volumetric_pressure(determinant(f, cofactor(f)))
             self._add_invariant_hessian(x, data, slots, scale, more.reshape(self.w.shape))
@@ -147,7 +147,7 @@ def _zero_pressure_energy(energy: Energy) -> Energy:
     if isinstance(energy, CorotationalTets):
         return EnergyWithoutPressure(energy)
     if isinstance(energy, MeanDilatation):
-        return energy.slack()
+        return energy.without_pressure_stress()
     if isinstance(energy, MixedPoints):
         return replace(energy, expected=np.zeros(energy.w.size, dtype=energy.w.dtype))
     return energy
@@ -178,8 +178,8 @@ def _energy_with_predicted_pressures(energy: Energy, x: Floats, d: Floats | None
     if not isinstance(energy, MixedPoints | MeanDilatation):
         return energy
     if d is not None:
-        return energy.expecting(x, d)
-    return energy.under(CorotationalDilatation(), x) if isinstance(energy, MeanDilatation) else energy.corotated(x)
+        return energy.with_predicted_pressures(x, d)
+    return energy.with_constraint_pressures(CorotationalDilatation(), x) if isinstance(energy, MeanDilatation) else energy.with_corotational_pressures(x)
 
 
 def is_volumetric(law: ElasticLaw) -> bool:

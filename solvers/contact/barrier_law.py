@@ -53,7 +53,7 @@ class Barrier:
         found: Floats = self.stiffness * (first + second * np.maximum(s - self.bend, 0.0))
         return found
 
-    def slope(self, g: Floats) -> Floats:
+    def energy_second_derivative(self, g: Floats) -> Floats:
         """Return the second derivative of the energy, Pa/m (n,), at gaps g (n,), m."""
         b = np.clip(1.0 - g / self.distance, 0.0, self.bend)
         found: Floats = self.stiffness / self.distance * self._pressure_ratio_with_derivative(b)[1]

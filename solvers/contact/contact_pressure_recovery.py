@@ -107,7 +107,7 @@ class ContactPressure:
         n = np.cross(
             c[:, 1] - c[:, 0], c[:, -1] - c[:, 0]
         )  # for a quadrilateral the normal at its first corner is enough
-        whole: Bools = np.asarray(self.touching[self.facets].all(axis=1))
+        whole: Bools = np.asarray(self.contact_node_mask[self.facets].all(axis=1))
         ways = np.zeros_like(self.x)
         np.add.at(ways, self.corners[whole], n[whole, None])
         leans = np.einsum("ki,kci->kc", n, ways[self.corners])
@@ -121,7 +121,7 @@ class ContactPressure:
 
         These are the facets on which contact forces act, and the facets that have no corner in contact.
         """
-        some = (self._assigned_corners & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(
+        some = (self._assigned_corners & self.contact_node_mask[self.corners]).any(axis=1) | ~self.contact_node_mask[self.corners].any(
             axis=1
         )
         found: Ints = self.facets[some][:, np.array(self._facet_class.triangles)].reshape(-1, 3)
@@ -153,7 +153,7 @@ class ContactPressure:
         return float(self.pressures.max(initial=0.0))
 
     @cached_property
-    def touching(self) -> Bools:
+    def contact_node_mask(self) -> Bools:
         """Mask (n,) of nodes in contact.
 
         A node is in contact if a contact force acts on it. On quadratic facets a corner is also in contact if all
@@ -184,7 +184,7 @@ class ContactPressure:
         Source: Johnson 1985, "Contact mechanics", 5.1.
         """
         triangles = self._contact_area_triangles
-        on = self.touching[triangles]
+        on = self.contact_node_mask[triangles]
         own = self._triangle_areas(triangles)
         total = float(own[on.all(axis=1)].sum())
         for lone, sign in ((1, 1.0), (2, -1.0)):  # one corner of three in contact, or two
@@ -208,7 +208,7 @@ class ContactPressure:
     def border(self) -> float:
         """Area of the triangles that are partly in contact, m^2: the uncertainty of the contact area."""
         triangles = self._contact_area_triangles
-        on = self.touching[triangles]
+        on = self.contact_node_mask[triangles]
         return float(self._triangle_areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
 
     def _triangle_areas(self, triangles: Ints) -> Floats:

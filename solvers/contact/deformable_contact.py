@@ -158,7 +158,7 @@ class IpcContact(DynamicPatternEnergy):
         self._cached_results["x"], self._cached_results["near"] = x, (pairs, self._face_collisions(corners), V, corners)
         return self._collisions_and_positions(x)
 
-    def beside(self, x: Floats) -> Ints:
+    def nearby_sample_face_pairs(self, x: Floats) -> Ints:
         """Return pairs (p, 2) of a sample and a face near it in a state x.
 
         A sample is given by its row of the contact surface, a face by its number.
@@ -288,7 +288,7 @@ class IpcContact(DynamicPatternEnergy):
         H.resize((len(x), len(x)))  # pressure unknowns, if any, come last
         return H
 
-    def stiff(self, x: Floats) -> Any:
+    def sample_barrier_hessian(self, x: Floats) -> Any:
         """Return the Hessian of the sample barrier by the positions of corners and samples, sparse (d v, d v), N/m."""
         pairs, _, V, _ = self._collisions_and_positions(x)
         none = import_ipctk().PSDProjectionMethod.NONE

@@ -66,14 +66,14 @@ class TangentialCoupling:
     spring: Floats
     faces: Ints
 
-    def way(self, x: Floats) -> Floats:
+    def slip_vectors(self, x: Floats) -> Floats:
         """Return the slip (m, d), m, of each sample in a state x, including the elastic slip from its history."""
         found: Floats = (self.start + self.W @ np.asarray(x, dtype=np.float64)[: self.W.shape[1]]).reshape(self.n.shape)
         return found
 
     def slip(self, x: Floats, friction: float) -> Slip:
         """Return the slip state in a state x for a friction coefficient; its traction `t` (m,) is a force, N."""
-        return Slip.of(self.way(x), friction * self.N, self.spring)
+        return Slip.of(self.slip_vectors(x), friction * self.N, self.spring)
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class DeformableFriction(DynamicPatternEnergy):
         skin, V = self.skin, self.skin.places(x)
         n = _face_normals(V[skin.faces[skin.own]])
         N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
-        pairs = self.pressing.beside(x)
+        pairs = self.pressing.nearby_sample_face_pairs(x)
         pairs = pairs[N[pairs[:, 0] - skin.corners] > PRESSED * N.max(initial=0.0)]
         chosen, of, weights, nearest, far = _weigh_nearest_faces(pairs, V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]])
         which, faces = pairs[nearest, 0] - skin.corners, skin.faces[pairs[chosen, 1]]
@@ -212,7 +212,7 @@ class DeformableFriction(DynamicPatternEnergy):
         hold, skin = self.tangential_coupling(x), self.skin
         slip = hold.slip(x, self.friction)
         s, n = np.zeros((2, skin.points, skin.X.shape[1]))
-        s[hold.which] = slip.along(slip.stretched)
+        s[hold.which] = slip.along(slip.elastic_slip)
         n[hold.which] = hold.n
         slid = np.zeros(skin.points)
         slid[hold.which] = slip.slid
@@ -237,7 +237,7 @@ class DeformableFriction(DynamicPatternEnergy):
     def stored(self, x: Floats) -> float:
         """Return the recoverable energy of the barrier and of the stick springs, J."""
         slip = self.tangential_coupling(x).slip(x, self.friction)
-        return self.pressing.value(x) + 0.5 * float(slip.t @ slip.stretched)
+        return self.pressing.value(x) + 0.5 * float(slip.t @ slip.elastic_slip)
 
     def value(self, x: Floats) -> float:
         """Return the energy of the barrier and, with a lag, of friction, J; infinite if surfaces intersect."""
@@ -283,7 +283,7 @@ class DeformableFriction(DynamicPatternEnergy):
         at = (d * (self.skin.corners + hold.which)[:, None] + np.arange(d)).ravel()
         n = sparse.csr_matrix((hold.n.ravel(), (rows, at)), shape=(m, d * v))
         sign = -np.sign(np.einsum("mi,mi->m", hold.n, self.pressing.forces(x)[self.skin.corners + hold.which]))
-        N = -sparse.diags(sign) @ (n @ self.pressing.stiff(x)) @ self.skin.M
+        N = -sparse.diags(sign) @ (n @ self.pressing.sample_barrier_hessian(x)) @ self.skin.M
         way = np.where(slip.slides[:, None], self.friction * u, 0.0)
         return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
 

@@ -71,7 +71,7 @@ class FacetParts:
         """Number of coordinates t of a region: 2 for a facet, 1 for a side."""
         return int(self.way.shape[1])
 
-    def some(self, which: Ints) -> FacetParts:
+    def select_regions(self, which: Ints) -> FacetParts:
         """Return the selected regions, with the indices `which` (k,)."""
         a, way, across = self.a[which], self.way[which], self.across[which]
         return FacetParts(self.kind, self.facet[which], self.which[which], a, way, across, self.low, self.has)
@@ -98,7 +98,7 @@ class FacetParts:
         return t[self.has(t)]
 
     @property
-    def beside(self) -> Floats:
+    def neighbour_offsets(self) -> Floats:
         """Small increments (q, m) of the coordinates t, from a point of a region to points around it."""
         size = BESIDE * (1.0 - self.low)
         if self.m == 1:
@@ -220,15 +220,15 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
         return contact.body.gap(y.reshape(-1, 3)).reshape(y.shape[:2])
 
     for each in facets.parts:
-        parts = each.some(np.flatnonzero(near[each.facet]))
+        parts = each.select_regions(np.flatnonzero(near[each.facet]))
         if not len(parts.facet):
             continue
         t, g = _find_deepest_points(parts, where[parts.facet], gap, 1.0 / STEPS)
-        inside = parts.has(t[:, None] + parts.beside).all(axis=1)
+        inside = parts.has(t[:, None] + parts.neighbour_offsets).all(axis=1)
         held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
         if deep.any():
             deep[deep] = _is_body_sharp_near(
-                contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep]
+                contact, parts.select_regions(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep]
             )
         behind |= bool(deep.any())
         for on, plane in (
@@ -237,7 +237,7 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
         ):
             if on.any():
                 some = np.flatnonzero(on)
-                own = parts.some(some)
+                own = parts.select_regions(some)
                 found.append(
                     _make_added_points(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some]))
                 )
@@ -294,7 +294,7 @@ def _find_deepest_points(parts: FacetParts, where: Floats, gap: Gap, reach: floa
     t, best = lattice[g.argmin(axis=1)], g.min(axis=1)
     on = np.flatnonzero(best < reach * np.linalg.norm(np.ptp(where, axis=1), axis=1))
     if len(on):
-        t[on], best[on] = _refine_deepest_points(parts.some(on), where[on], gap, t[on])
+        t[on], best[on] = _refine_deepest_points(parts.select_regions(on), where[on], gap, t[on])
     return t, best
 
 
@@ -320,7 +320,7 @@ def _planes_at_deepest_points(contact: RigidContact, parts: FacetParts, where: F
 
     t (k, m) are the coordinates of the deepest points of the regions, and g (k,), m, their gaps.
     """
-    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
+    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.neighbour_offsets))
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:
         n[:, :, 2] = 0.0
@@ -341,9 +341,9 @@ def _planes_at_region_borders(contact: RigidContact, parts: FacetParts, where: F
     """
     assert contact.extra is not None
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
-    c, n = (own[which] for own in contact.planes(contact.body))
+    c, n = (own[which] for own in contact.added_point_planes(contact.body))
     t, _ = _find_deepest_points(parts, where, lambda y: np.asarray(np.linalg.norm(y - c[:, None], axis=2)))
-    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
+    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.neighbour_offsets))
     normals = np.array([_component_perpendicular_to_region(*both) for both in zip(y - x, n, strict=True)])
     return (t, np.full((len(t), 2, 2), np.nan)), c, normals / np.linalg.norm(normals, axis=1)[:, None]
 
@@ -372,7 +372,7 @@ def _make_added_points(
     found = AddedContactPoints(
         points, parts.which, np.pad(t, ((0, 0), (0, 2 - parts.m))), ways, at, own.back(c + n) - at
     )
-    return found.some(np.flatnonzero(parts.has(t[:, None] + parts.beside).all(axis=1)))
+    return found.select_points(np.flatnonzero(parts.has(t[:, None] + parts.neighbour_offsets).all(axis=1)))
 
 
 def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -> tuple[Floats, Floats]:
@@ -396,7 +396,7 @@ def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -
             step if np.linalg.norm(step) < 2.0 * np.linalg.norm(r) else SHARE * r
         )  # too little is known for a longer step
         new[j], ways[j, 0, :m], ways[j, 1, :m] = now + step, now, r
-    outside = ~parts.has(new[:, None] + parts.beside).all(axis=1)
+    outside = ~parts.has(new[:, None] + parts.neighbour_offsets).all(axis=1)
     new[outside] = t[outside]
     return new, ways
 
@@ -436,10 +436,10 @@ def _concatenate_movable_points(found: list[AddedContactPoints], contact: RigidC
         return None
     points = found[0].points
     for one in found[1:]:
-        points = points.and_(one.points)
+        points = points.concatenate(one.points)
     which, t, ways, c, n = (
         np.concatenate([getattr(one, k) for one in found]) for k in ("which", "t", "ways", "c", "n")
     )
     loose = (np.isin(points.of, contact.nodes) & (points.shares != 0.0)).any(axis=1)
-    every = AddedContactPoints(points, which, t, ways, c, n).some(np.flatnonzero(loose))
+    every = AddedContactPoints(points, which, t, ways, c, n).select_points(np.flatnonzero(loose))
     return every if len(every) else None

@@ -114,9 +114,9 @@ class GapInBodyFrame:
     axes: Floats
 
     @property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of convex edges of the body, m."""
-        return self.own.sharpest
+        return self.own.least_curvature_radius
 
     @property
     def centroid(self) -> Vector3 | None:
@@ -177,7 +177,7 @@ class FreeBodyContact(RigidContact):
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add to g the negative forces on nodes and body, N, and the negative moments about the body axes, N m."""
         push, first = scale * self.point_forces(x), self.free.first
-        self.spread(-push, g)
+        self.add_nodal_forces(-push, g)
         own = push @ self.chart.axes(self.which, x)
         g[first : first + 3] += push.sum(axis=0)
         g[first + 3 : first + 6] -= np.cross(own, self.places(x)).sum(axis=0)
@@ -194,7 +194,7 @@ class FreeBodyContact(RigidContact):
         n, H = n[near], H[near]
         P, S = self._axes_and_motion_matrices(x, near)
         N = np.einsum("pi,pij->pj", n, S)
-        K = self.barrier.slope(g[near])[:, None, None] * N[:, :, None] * N[:, None, :]
+        K = self.barrier.energy_second_derivative(g[near])[:, None, None] * N[:, :, None] * N[:, None, :]
         if not projected:
             across = S.swapaxes(1, 2) @ H @ S
             c = cross_matrix(n)
@@ -202,7 +202,7 @@ class FreeBodyContact(RigidContact):
             across[:, 3:6, 6:9] += P @ c
             across[:, 6:9] += c @ S
             K -= self.barrier.pressure(g[near])[:, None, None] * across
-        self._add(x, near, K, data, slots, scale)
+        self._add_point_stiffness(x, near, K, data, slots, scale)
 
     def _axes_and_motion_matrices(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
         """Return the body axes P (3, 3), and matrices S (k, 3, 9) for the contact points `near` (k,).
@@ -214,7 +214,7 @@ class FreeBodyContact(RigidContact):
         to = np.broadcast_to(P.T, (len(near), 3, 3))
         return P, np.concatenate([to, -to, cross_matrix(self.places(x)[near])], axis=2)
 
-    def _add(self, x: Floats, near: Ints, K: Floats, data: Floats, slots: Ints, scale: float) -> None:
+    def _add_point_stiffness(self, x: Floats, near: Ints, K: Floats, data: Floats, slots: Ints, scale: float) -> None:
         """Add stiffness per area K (k, 9, 9) of points, centre of mass and rotation, times areas, to the tangent."""
         first = self.free.first
         K[:, :, 6:9] = K[:, :, 6:9] @ right_jacobian(x[first + 3 : first + 6])
@@ -265,7 +265,7 @@ class FreeBodyFriction(RigidFriction, FreeBodyContact):
             K[:, 0:3, 6:9] -= P @ t
             K[:, 3:6, 6:9] += P @ t
             K[:, 6:9] += t @ S
-        self._add(x, near, K, data, slots, scale)
+        self._add_point_stiffness(x, near, K, data, slots, scale)
 
 
 def make_contact_with_free_body(touching: RigidContact, chart: FreeBodyChart, which: int) -> FreeBodyContact:

@@ -74,9 +74,9 @@ class RigidContact(Energy):
 
         x is the state that the solution starts from.
         """
-        points, new = self.points.some(np.arange(self.lasting)), 0 if extra is None else len(extra)
+        points, new = self.points.select_points(np.arange(self.lasting)), 0 if extra is None else len(extra)
         own: dict[str, Any] = {n: _keep_first_values(getattr(self, n), self.lasting, new) for n in self.each}
-        points = points if extra is None else points.and_(extra.points)
+        points = points if extra is None else points.concatenate(extra.points)
         return replace(self, of=points.of, shares=points.shares, at_rest=points.X, A=points.A, extra=extra, **own)
 
     def loaded_regions(self, x: Floats) -> Ints:
@@ -91,7 +91,7 @@ class RigidContact(Energy):
             return self
         on = np.isin(self.extra.which, self.loaded_regions(x))
         return (
-            self if on.all() else self.with_added_points(self.extra.some(np.flatnonzero(on)) if on.any() else None, x)
+            self if on.all() else self.with_added_points(self.extra.select_points(np.flatnonzero(on)) if on.any() else None, x)
         )
 
     @cached_property
@@ -135,9 +135,9 @@ class RigidContact(Energy):
         """
         g, n, _ = self.look(x)
         moved = self._gaps(to, self.places(x)) - g
-        self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
+        self.add_nodal_forces((self.A * self.barrier.energy_second_derivative(g) * moved)[:, None] * n, change)
 
-    def spread(self, push: Floats, g: Floats) -> None:
+    def add_nodal_forces(self, push: Floats, g: Floats) -> None:
         """Distribute forces `push` (p, 3), N, on contact points to nodes, and add them to g (dofs,)."""
         np.add.at(g, self.point_dofs, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
 
@@ -179,7 +179,7 @@ class RigidContact(Energy):
         return self.places(x)
 
     @cached_property
-    def _alone(self) -> tuple[Ints, Ints]:
+    def _points_at_nodes(self) -> tuple[Ints, Ints]:
         """Numbers (k,) of the contact points that coincide with nodes, and indices (k,) of these nodes in `nodes`."""
         points = np.flatnonzero(self.shares.max(axis=1) > 1.0 - SAME)
         own = self.of[points, self.shares[points].argmax(axis=1)]
@@ -193,7 +193,7 @@ class RigidContact(Energy):
         """
         where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
         found = self.body.gap(self.body_coordinates(where * (1.0, 1.0, 0.0) if self.flat else where, x))
-        points, which = self._alone
+        points, which = self._points_at_nodes
         found[which] = self.gaps(x)[points]
         return found
 
@@ -211,7 +211,7 @@ class RigidContact(Energy):
 
     def presses_on_nodes(self, x: Floats) -> bool:
         """Return whether the rigid body presses on at least one mesh node in a state x (dofs,), m."""
-        return bool((self.pressures(x)[self._alone[0]] > 0.0).any())
+        return bool((self.pressures(x)[self._points_at_nodes[0]] > 0.0).any())
 
     def point_forces(self, x: Floats) -> Floats:
         """Return the forces (p, 3), N, of the rigid body on the contact points."""
@@ -222,7 +222,7 @@ class RigidContact(Energy):
     def forces(self, x: Floats) -> Floats:
         """Return the forces (m, 3), N, of the rigid body on the surface nodes, distributed by shape functions."""
         g = np.zeros(max(len(x), 3 * (int(self.of.max(initial=0)) + 1)))
-        self.spread(self.point_forces(x), g)
+        self.add_nodal_forces(self.point_forces(x), g)
         found: Floats = g[3 * self.nodes[:, None] + np.arange(3)]
         return found
 
@@ -249,7 +249,7 @@ class RigidContact(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add `scale` times the negative forces of the rigid body on nodes, N, to g (dofs,)."""
-        self.spread(-scale * self.point_forces(x), g)
+        self.add_nodal_forces(-scale * self.point_forces(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent A (phi'' n n + phi' H), with normals n and gap Hessians H.
@@ -261,16 +261,16 @@ class RigidContact(Energy):
         if not len(near):
             return
         g, n, H = g[near], n[near], H[near]
-        blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
+        blocks = self.barrier.energy_second_derivative(g)[:, None, None] * n[:, :, None] * n[:, None, :]
         if not projected:
-            blocks -= self.bending(g)[:, None, None] * H
-        add_blocks(self.coupled(near, scale * self.A[near, None, None] * blocks), slots[near], data)
+            blocks -= self.gap_hessian_pressures(g)[:, None, None] * H
+        add_blocks(self.nodal_stiffness_blocks(near, scale * self.A[near, None, None] * blocks), slots[near], data)
 
-    def bending(self, g: Floats) -> Floats:
+    def gap_hessian_pressures(self, g: Floats) -> Floats:
         """Return the pressures (p,), Pa, that multiply the gap Hessian in the tangent, at gaps g (p,), m."""
         return self.barrier.pressure(g)
 
-    def coupled(self, points: Ints, blocks: Floats) -> Floats:
+    def nodal_stiffness_blocks(self, points: Ints, blocks: Floats) -> Floats:
         """Return stiffness blocks (k, 3 a, 3 a), N/m, of nodes from blocks (k, 3, 3) of contact points.
 
         `points` (k,) are the numbers of the contact points. The blocks are N_a N_b times the block of the point, with
@@ -286,7 +286,7 @@ class RigidContact(Energy):
     def rounding(self, x: Floats) -> float:
         """Return the error of the contact forces due to rounding of positions, N."""
         size = float(np.abs(self.places(x)).max(initial=0.0))
-        stiff = self.A * self.barrier.slope(self.gaps(x))
+        stiff = self.A * self.barrier.energy_second_derivative(self.gaps(x))
         return float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
     @cached_property
@@ -316,7 +316,7 @@ class RigidContact(Energy):
         if near.any():
             _, n[near], H[near] = self.body.look(where[near])
         if self.extra is not None:
-            n[self.lasting :] = self.planes(self.body)[1]
+            n[self.lasting :] = self.added_point_planes(self.body)[1]
         if self.flat:
             n[:, 2] = H[:, 2] = H[:, :, 2] = 0.0
         return g, n, H
@@ -328,14 +328,14 @@ class RigidContact(Energy):
         """
         g = body.gap(where) + self.sunk
         if self.extra is not None:
-            c, n = self.planes(body)
+            c, n = self.added_point_planes(body)
             g[self.lasting :] = (
                 np.einsum("pi,pi->p", where[self.lasting :] - c, n)
                 + np.broadcast_to(self.sunk, g.shape)[self.lasting :]
             )
         return g
 
-    def planes(self, body: Gap) -> tuple[Floats, Floats]:
+    def added_point_planes(self, body: Gap) -> tuple[Floats, Floats]:
         """Return points (p, 3), m, and normals (p, 3) of the planes of added points.
 
         They move with the rigid body `body`.

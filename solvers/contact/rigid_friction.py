@@ -93,19 +93,19 @@ class Slip:
         return found
 
     @property
-    def stretched(self) -> Floats:
+    def elastic_slip(self) -> Floats:
         """Elastic part (m,), m, of the slip."""
         return self.t / self.spring
 
     @property
     def slid(self) -> Floats:
         """Sliding distance (m,), m, since points last stuck: the part of the slip that is not elastic."""
-        return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
+        return np.where(self.t > 0.0, np.maximum(self.size - self.elastic_slip, 0.0), 0.0)
 
     @property
     def energy(self) -> Floats:
         """Energy (m,), J/m^2, for constant friction limits: elastic energy plus work of sliding."""
-        return self.t * (self.size - 0.5 * self.stretched)
+        return self.t * (self.size - 0.5 * self.elastic_slip)
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ class RigidFriction(RigidContact):
         """Return whether at least one point in contact sticks."""
         return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
 
-    def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
+    def vectors_from_anchors(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
         """Return vectors (p, 3), m, from anchors to points, and their components perpendicular to normals n (p, 3)."""
         d = self.places(x) - self.anchor_positions
         if self.flat:
@@ -224,9 +224,9 @@ class RigidFriction(RigidContact):
     def slip(self, x: Floats) -> Slip:
         """Return the slip of the contact points from their anchors in a state x."""
         g, n, _ = self.look(x)
-        return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
+        return Slip.of(self.vectors_from_anchors(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
 
-    def sticking(self, x: Floats) -> tuple[Bools, Bools, float]:
+    def stick_masks_and_fraction(self, x: Floats) -> tuple[Bools, Bools, float]:
         """Return masks (p,) of points in contact and of sticking points, and the sticking fraction of the contact area.
 
         The result is a fraction, not an area, because points at the border of contact also represent some area outside.
@@ -244,7 +244,7 @@ class RigidFriction(RigidContact):
         Sliding points drag their anchors along, and separated points get new ones.
         """
         slip = self.slip(x)
-        return self.pose.back(self.places(x) - slip.along(slip.stretched))
+        return self.pose.back(self.places(x) - slip.along(slip.elastic_slip))
 
     def with_anchors(self, anchors: Floats, gone: Floats | float = 0.0) -> RigidFriction:
         """Return the same contact with new anchors (p, 3), m, and the sliding distances `gone` (p,), m, up to now."""
@@ -286,21 +286,21 @@ class RigidFriction(RigidContact):
         found = super().value(x)
         if self.lag is None:
             return found
-        return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
+        return found + float(self.A @ Slip.of(self.vectors_from_anchors(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
-    def bending(self, g: Floats) -> Floats:
+    def gap_hessian_pressures(self, g: Floats) -> Floats:
         """Return the pressures (p,), Pa, that multiply the gap Hessian in the tangent, at gaps g (p,), m.
 
         They are limited to the pressure at zero gap: far behind the surface Newton steps would otherwise lead away from
         it.
         """
-        return np.minimum(super().bending(g), self.barrier.touch_pressure)
+        return np.minimum(super().gap_hessian_pressures(g), self.barrier.touch_pressure)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent of contact and friction; if `projected`, only its symmetric part for a flat rigid surface."""
         super().add_hessian(x, data, slots, scale, projected)
         on, blocks = self.stiffness(x, projected)
-        add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
+        add_blocks(self.nodal_stiffness_blocks(on, scale * self.A[on, None, None] * blocks), slots[on], data)
 
     def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
         """Return the points with friction (k,), and derivatives (k, 3, 3), Pa/m, of their tractions by position."""
@@ -309,7 +309,7 @@ class RigidFriction(RigidContact):
         most = self.friction * p
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
-        d, s = self.way(x, n)
+        d, s = self.vectors_from_anchors(x, n)
         slip = Slip.of(s, most, self.spring)
         blocks = np.eye(3) - n[:, :, None] * n[:, None, :]
         if self.lag is None and not projected:
@@ -324,7 +324,7 @@ class RigidFriction(RigidContact):
         stiff = np.where(slip.slides, slip.t / np.maximum(slip.size, TINY), self.spring)[:, None, None]
         blocks = stiff * np.where(slip.slides[:, None, None], across, blocks)
         if self.lag is None and not projected:
-            falls = np.where(slip.slides, self.friction * self.barrier.slope(g), 0.0)
+            falls = np.where(slip.slides, self.friction * self.barrier.energy_second_derivative(g), 0.0)
             blocks = blocks - falls[:, None, None] * u[:, :, None] * n[:, None, :]
         on = np.flatnonzero(most > 0.0)
         return on, blocks[on]
@@ -342,7 +342,7 @@ class RigidFriction(RigidContact):
         """
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
-        slip = Slip.of(self.way(x, n)[1], most, self.spring)
+        slip = Slip.of(self.vectors_from_anchors(x, n)[1], most, self.spring)
         return slip.along(slip.t)
 
 

@@ -35,7 +35,7 @@ class RigidMotion:
     about: Vector3 = ZERO
 
     @cached_property
-    def turn(self) -> Floats | None:
+    def rotation_matrix(self) -> Floats | None:
         """Rotation matrix Q (3, 3); None for a motion without rotation."""
         return rotation_from_vector(np.array(self.rotation)) if any(self.rotation) else None
 
@@ -48,13 +48,13 @@ class RigidMotion:
     def moved(self, X: Floats) -> Floats:
         """Return the positions (n, 3), m, of body points declared at X (n, 3), m."""
         c, s = np.array(self.about), np.array(self.shift)
-        found: Floats = X + s if self.turn is None else (X - c) @ self.turn.T + (c + s)
+        found: Floats = X + s if self.rotation_matrix is None else (X - c) @ self.rotation_matrix.T + (c + s)
         return found
 
     def back(self, x: Floats) -> Floats:
         """Return the declared positions (n, 3), m, of body points that are now at x (n, 3), m."""
         c, s = np.array(self.about), np.array(self.shift)
-        found: Floats = x - s if self.turn is None else (x - (c + s)) @ self.turn + c
+        found: Floats = x - s if self.rotation_matrix is None else (x - (c + s)) @ self.rotation_matrix + c
         return found
 
 
@@ -66,9 +66,9 @@ class MovedGap:
     pose: RigidMotion
 
     @property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of convex edges of the body, m."""
-        return self.own.sharpest
+        return self.own.least_curvature_radius
 
     @property
     def centroid(self) -> Vector3 | None:
@@ -88,7 +88,7 @@ class MovedGap:
         From the values n0, H0 of the unmoved body, n = Q n0 and H = Q H0 Q^T.
         """
         g, n, H = self.own.look(self.pose.back(X))
-        Q = self.pose.turn
+        Q = self.pose.rotation_matrix
         return (g, n, H) if Q is None else (g, n @ Q.T, Q @ H @ Q.T)
 
 

@@ -25,11 +25,11 @@ class SurfacePoints:
     def __len__(self) -> int:
         return len(self.A)
 
-    def some(self, which: Ints) -> SurfacePoints:
+    def select_points(self, which: Ints) -> SurfacePoints:
         """Return the selected points, with the indices `which` (k,)."""
         return SurfacePoints(self.of[which], self.shares[which], self.X[which], self.A[which])
 
-    def and_(self, others: SurfacePoints) -> SurfacePoints:
+    def concatenate(self, others: SurfacePoints) -> SurfacePoints:
         """Return these points followed by others.
 
         If one set has fewer nodes per point, the first node is repeated with zero weight.
@@ -60,8 +60,8 @@ class AddedContactPoints:
     def __len__(self) -> int:
         return len(self.which)
 
-    def some(self, which: Ints) -> AddedContactPoints:
+    def select_points(self, which: Ints) -> AddedContactPoints:
         """Return the selected points, with the indices `which` (k,)."""
         return AddedContactPoints(
-            self.points.some(which), self.which[which], self.t[which], self.ways[which], self.c[which], self.n[which]
+            self.points.select_points(which), self.which[which], self.t[which], self.ways[which], self.c[which], self.n[which]
         )

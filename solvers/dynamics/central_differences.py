@@ -43,13 +43,13 @@ class CentralDifferences:
         if step > system.longest:
             raise StepFailed(_format_too_stiff(system.longest))
         end = past.now.time + step
-        load = system.forces.graded(past.now.time, end)
-        now = system.under(past.now, load.first)
+        load = system.forces.step_load(past.now.time, end)
+        now = system.with_load_factors(past.now, load.first)
         half = now.v + 0.5 * step * now.a
-        x = system.supported(now.x + step * half, end)
+        x = system.with_supports_at_time(now.x + step * half, end)
         if system.problem.damping.beta:
-            system.damping.begin(0.5 * (now.x + x))  # the velocity of the half step is that of its middle
-        a, v = system.kick(now, x, half, end, load.last)
+            system.damping.compute_matrix(0.5 * (now.x + x))  # the velocity of the half step is that of its middle
+        a, v = system.final_acceleration_and_velocity(now, x, half, end, load.last)
         system.longest = self.safety * system.frequencies.after(now, x, a, end)
         if step > system.longest:
             raise StepFailed(_format_too_stiff(system.longest))

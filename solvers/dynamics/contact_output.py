@@ -129,7 +129,7 @@ class SurfaceRecord:
         )
         self._mean: list[Floats] = []  # contact forces at the last time but one
 
-    def follow(self, contacts: Sequence[Any], meets: Sequence[Any], x: Floats, step: float) -> None:
+    def record_step(self, contacts: Sequence[Any], meets: Sequence[Any], x: Floats, step: float) -> None:
         """Record the state at the end of a step; at the start the step length is zero."""
         if not self.whole:
             return

@@ -31,14 +31,14 @@ class Damping:
         self._x = np.zeros(0)
         self._none = np.zeros(forces.dofs)
         each = zip(forces.internal, forces.pattern.slots, strict=False)
-        self._dashpots = [(e, slots) for e, slots in each if isinstance(e, DampedEnergy) and e.damps]
+        self._dashpots = [(e, slots) for e, slots in each if isinstance(e, DampedEnergy) and e.has_dashpots]
 
     @property
     def active(self) -> bool:
         """True if there is any damping."""
         return bool(self.rayleigh.alpha or self.rayleigh.beta or self._dashpots)
 
-    def begin(self, x: Floats) -> None:
+    def compute_matrix(self, x: Floats) -> None:
         """Compute the damping matrix C in the state x."""
         if not self.active:
             return
@@ -54,21 +54,21 @@ class Damping:
         if beta and self.length:
             self._towing = self._multiply_stiffness(self.direction)
 
-    def predict(self, stage: Stage) -> None:
+    def predict_matrix(self, stage: Stage) -> None:
         """Compute the damping matrix C of a step, from a prediction of its end state.
 
         If the prediction is outside the domain of the law, C is that of the start of the step.
         """
         start = stage.start
-        self.begin(stage.acting(start.x + stage.step * start.v))
+        self.compute_matrix(stage.acting(start.x + stage.step * start.v))
         if not np.all(np.isfinite(self.data)):
-            self.begin(start.x)
+            self.compute_matrix(start.x)
 
     def update(self, stage: Stage, motion: Motion) -> float:
         """Compute the damping matrix C at the end of a step, and return the change of the damping force, N."""
         v = stage.damping_velocity(motion.x, motion.v)
         before = self.force(v)
-        self.begin(stage.acting(motion.x))
+        self.compute_matrix(stage.acting(motion.x))
         return float(np.linalg.norm(self.force(v) - before))
 
     def rounding(self, v: Floats) -> float:

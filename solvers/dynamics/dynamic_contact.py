@@ -92,7 +92,7 @@ class DynamicContacts:
             for b, a in zip(before.posed, after.posed, strict=True)
         ) or any(bool(np.any(c.samples_in_contact(start.x) != c.samples_in_contact(end.x))) for c in self.meets)
 
-    def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
+    def record_step(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Record an accepted step: contact, friction, resultants, and the velocity of the centre of mass."""
         here, self._rounds = self.at(motion.time), 0
         rubbed = tuple(self._update_rigid_friction(i, c, motion.x) for i, c in enumerate(here.posed) if c.has_friction)
@@ -110,7 +110,7 @@ class DynamicContacts:
         if self.log:
             step = motion.time - self.log[-1].time
             acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
-        self.surfaces.follow(here.posed, here.meets, motion.x, step)
+        self.surfaces.record_step(here.posed, here.meets, motion.x, step)
         self.mass = mass
         for i, own in enumerate(self.contacts):  # drop added points without contact force
             if own.extra is not None:
@@ -122,7 +122,7 @@ class DynamicContacts:
 
     def _update_rigid_friction(self, i: int, here: Any, x: Floats) -> FrictionResult:
         """Update the friction anchors of rigid contact number i after a step, and return its friction result."""
-        p, (_, held, area) = here.A * here.pressures(x), here.sticking(x)
+        p, (_, held, area) = here.A * here.pressures(x), here.stick_masks_and_fraction(x)
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
         gone, lost = here.gone + here.slid(x), here.lost(x)
         self.contacts[i] = self.contacts[i].with_anchors(here.final_anchors(x), gone)
@@ -140,7 +140,7 @@ class DynamicContacts:
         area = float(A[held].sum() / A.sum()) if len(A) else 0.0
         return FrictionResult(float(np.max(whole[hold.which], initial=0.0)), sticks, area, heat)
 
-    def accept(self, start: Motion, end: Motion, time: float) -> None:
+    def check_step_end(self, start: Motion, end: Motion, time: float) -> None:
         """Check the contacts at the end of a step.
 
         Raises BarrierTooSoft if a point ends inside a rigid body, and StepFailed if a point has passed through one.
@@ -286,26 +286,26 @@ class ContactsAtTime:
         self.meets: list[Any] = list(meets)
 
     @property
-    def every(self) -> tuple[Any, ...]:
+    def all_contacts(self) -> tuple[Any, ...]:
         """All contacts: with rigid bodies, then between deformable surfaces."""
         return (*self.posed, *self.meets)
 
     @property
     def has_friction(self) -> bool:
         """True if some contact has friction that depends on the present pressures."""
-        return any(c.has_friction for c in self.every)
+        return any(c.has_friction for c in self.all_contacts)
 
     def value(self, x: Floats) -> float:
         """Return the energy of the barriers, J; infinite if deformable surfaces intersect."""
-        return sum(float(c.value(x)) for c in self.every)
+        return sum(float(c.value(x)) for c in self.all_contacts)
 
     def stored(self, x: Floats) -> float:
         """Return the recoverable energy, J; with friction it is less than `value`."""
-        return sum(float(c.stored(x)) for c in self.every)
+        return sum(float(c.stored(x)) for c in self.all_contacts)
 
     def lost(self, x: Floats) -> float:
         """Return the energy dissipated by friction over a step that ends in x, J."""
-        return sum(float(c.lost(x)) for c in self.every if c.has_friction)
+        return sum(float(c.lost(x)) for c in self.all_contacts if c.has_friction)
 
     def lagged(self, x: Floats, before: ContactsAtTime | None = None) -> ContactsAtTime:
         """Return the contacts with friction lagged at the pressures of a state x, so that friction has an energy.
@@ -313,7 +313,7 @@ class ContactsAtTime:
         `before` are the contacts whose friction law determines these pressures.
         """
         was = self if before is None else before
-        both: Any = zip(self.every, was.every, strict=True)
+        both: Any = zip(self.all_contacts, was.all_contacts, strict=True)
         each: list[Any] = [c.with_lagged_pressures(x, b) if c.has_friction else c for c, b in both]
         count = len(self.posed)
         return ContactsAtTime(each[:count], self.slots, each[count:])
@@ -321,7 +321,7 @@ class ContactsAtTime:
     def gradient(self, x: Floats) -> Floats:
         """Return the negative contact forces (dofs,), N."""
         g = np.zeros(len(x))
-        for contact in self.every:
+        for contact in self.all_contacts:
             contact.add_gradient(x, g)
         return g
 
@@ -330,7 +330,7 @@ class ContactsAtTime:
         for contact, slots in zip(self.posed, self.slots, strict=True):
             contact.add_hessian(x, data, slots, scale, projected)
 
-    def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
+    def with_deformable_stiffness(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
         """Return the matrix J (free, free) plus `scale` times the stiffness of deformable contacts, which adds entries.
 
         `free` are the numbers of the free degrees of freedom.
@@ -345,7 +345,7 @@ class ContactsAtTime:
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the contact forces, N."""
-        return sum(float(c.rounding(x)) for c in self.every)
+        return sum(float(c.rounding(x)) for c in self.all_contacts)
 
     def places(self, x: Floats) -> list[PointsInBodyFrame]:
         """Return the positions of the contact points in the frame of each rigid body."""

@@ -86,7 +86,7 @@ class DynamicForces:
         """Return the factors (l,) of all loads at a time, s."""
         return np.array([amplitude.at(time) for amplitude in self.amplitudes])
 
-    def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
+    def step_load(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
         """Return the load factors of a step from `begin` to `end`, s (see `load_amplitudes.linear_step_load`)."""
         return linear_step_load(self.amplitudes, begin, end, weight, ahead)
 
@@ -94,13 +94,13 @@ class DynamicForces:
         """Return the mean load factors (l,) from `begin` to `end`, s."""
         return mean_factors(self.amplitudes, begin, end)
 
-    def scaled(self, factors: Floats) -> list[tuple[Energy, float]]:
+    def energies_with_factors(self, factors: Floats) -> list[tuple[Energy, float]]:
         """Return every energy with its load factor, 1 for internal energies, in the order of the sparsity pattern."""
         return [(e, 1.0) for e in self.internal] + list(zip(self.loads, factors.tolist(), strict=True))
 
     def value(self, x: Floats, factors: Floats) -> float:
         """Return the potential energy under loads with `factors` (l,), J; infinite outside the domain of a law."""
-        return sum(scale * e.value(x) for e, scale in self.scaled(factors) if scale != 0.0)
+        return sum(scale * e.value(x) for e, scale in self.energies_with_factors(factors) if scale != 0.0)
 
     def strain(self, x: Floats) -> float:
         """Return the energy of the internal forces, J."""
@@ -154,7 +154,7 @@ class DynamicForces:
     def tangent(self, x: Floats, factors: Floats, projected: bool = False) -> sparse.csr_matrix:
         """Return the tangent stiffness of the free degrees of freedom under loads with `factors` (l,)."""
         data = np.zeros(len(self.pattern.indices))
-        for (energy, scale), slots in zip(self.scaled(factors), self.pattern.slots, strict=False):
+        for (energy, scale), slots in zip(self.energies_with_factors(factors), self.pattern.slots, strict=False):
             if energy.stencils.size and scale != 0.0:
                 energy.add_hessian(x, data, slots, scale, projected)
         return self.pattern.matrix(data)
@@ -172,7 +172,7 @@ class DynamicForces:
         own = slice(None, None if end is None else self.M_free.indptr[end])
         data[self._mass_slots[own]] += scale * self.M_free.data[own]
 
-    def add_blocks(self, data: Floats, blocks: Floats) -> None:
+    def add_rotational_blocks(self, data: Floats, blocks: Floats) -> None:
         """Add blocks (n, 3, 3) of the rotational unknowns to the entries data (nnz,)."""
         assert self._blocks is not None
         which, places = self._blocks

@@ -66,12 +66,12 @@ class DynamicSystem:
         problem = self.problem
         if problem.turning is not None:
             problem.turning.reset()
-        x = self.supported(problem.rest.astype(np.float64), 0.0)
+        x = self.with_supports_at_time(problem.rest.astype(np.float64), 0.0)
         if problem.remembering is not None:
             problem.remembering.reset(self.forces, x)
         v = problem.velocity.astype(np.float64)
         v[self.forces.fixed] = self.support_velocity(0.0)
-        self.damping.begin(x)
+        self.damping.compute_matrix(x)
         factors = self.forces.factors(0.0)
         g = self.forces.at(x, factors).total + self.damping.force(v)
         if problem.turning is not None:
@@ -85,7 +85,7 @@ class DynamicSystem:
         """True if supports move."""
         return self.problem.has_moving_supports
 
-    def supported(self, x: Floats, time: float) -> Floats:
+    def with_supports_at_time(self, x: Floats, time: float) -> Floats:
         """Return the state x with the supports at their positions at a time, s."""
         if self._has_moving_supports:
             fixed = self.forces.fixed
@@ -157,7 +157,7 @@ class DynamicSystem:
         except Singular as error:
             raise ValueError("the mass matrix is singular") from error
 
-    def spread(self, f: Floats) -> Floats:
+    def accelerations_of_forces(self, f: Floats) -> Floats:
         """Return the accelerations (dofs,), m/s^2, of free degrees of freedom under forces f (dofs,), N."""
         free, a = self.forces.free, np.zeros_like(f)
         a[free] = (
@@ -167,7 +167,7 @@ class DynamicSystem:
         )
         return a
 
-    def under(self, motion: Motion, factors: Floats) -> Motion:
+    def with_load_factors(self, motion: Motion, factors: Floats) -> Motion:
         """Return the same motion with the accelerations that it has under loads with `factors` (l,)."""
         change = factors - motion.factors
         if not np.any(np.abs(change) > SAME * np.maximum(np.abs(factors), np.abs(motion.factors))):
@@ -177,7 +177,7 @@ class DynamicSystem:
         a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._factorised_mass.solve(f)
         return replace(motion, a=a, factors=factors)
 
-    def kick(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
+    def final_acceleration_and_velocity(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
         """Return acceleration and velocity at the end of an explicit step, at `time`, s, in the state x.
 
         `half` is the velocity in the middle of the step, and `factors` (l,) are the load factors at its end.
@@ -207,12 +207,12 @@ class DynamicSystem:
         if not (
             stage.alpha_f or stage.secant or stage.mean
         ):  # the energy ledger computes the dissipated energy from the mean velocity
-            self.damping.begin(0.5 * (stage.start.x + motion.x))
+            self.damping.compute_matrix(0.5 * (stage.start.x + motion.x))
         return motion
 
     def _solve_with_updated_damping(self, stage: Stage) -> Motion:
         """Return the end of a step with the damping matrix of its own end state. Raises StepFailed."""
-        self.damping.predict(stage)
+        self.damping.predict_matrix(stage)
         enough = DRAG * self.problem.tolerance
         for _ in range(REPEATS):
             motion = self._solve_with_present_damping(stage)

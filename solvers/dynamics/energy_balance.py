@@ -29,7 +29,7 @@ class EnergyBalance:
     time: float  # s, when the gain was largest
 
     @property
-    def gained(self) -> bool:
+    def has_excessive_gain(self) -> bool:
         """True if the spurious energy gain exceeds the bound SAID and must be reported."""
         return self.gain > SAID
 
@@ -37,7 +37,7 @@ class EnergyBalance:
     def facts(self) -> dict[str, float | bool]:
         """Return the `energy` part of the reported facts of a solution."""
         return {
-            "drift": self.drift, "gained": self.gained, "gain": self.gain, "loss": self.loss, "scale_J": self.scale,
+            "drift": self.drift, "gained": self.has_excessive_gain, "gain": self.gain, "loss": self.loss, "scale_J": self.scale,
         }  # fmt: skip
 
 

@@ -45,7 +45,7 @@ class EnergyEntry:
         """Energies in the order of `names`, J."""
         return tuple(float(getattr(self, name)) for name in self.names)
 
-    def stiffened(self, system: DynamicSystem) -> EnergyEntry:
+    def after_barrier_stiffening(self, system: DynamicSystem) -> EnergyEntry:
         """Return the entry after barriers were stiffened; the additional barrier energy is counted as drift."""
         stored = _barrier_energy(system, self.motion)
         more = (stored or 0.0) - (self.contact or 0.0)

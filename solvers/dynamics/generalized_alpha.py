@@ -38,5 +38,5 @@ class GeneralizedAlpha:
         beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
         now = past.now
         # accelerations refer to a time (alpha_m - alpha_f) h later than states
-        load = system.forces.graded(now.time, now.time + step, ahead=alpha_m - alpha_f)
+        load = system.forces.step_load(now.time, now.time + step, ahead=alpha_m - alpha_f)
         return system.solve(newmark_stage(system, now, step, load, beta, gamma, alpha_m, alpha_f))

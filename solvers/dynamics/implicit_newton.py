@@ -92,7 +92,7 @@ class StageNewton:
             own, x = balance.trial(trial.x), trial.x
             scale, count = max(own.scale, self.scale), count + outcome.iterations
             residual = own.size / scale if scale else own.size
-            if balance.met(own, scale, own.size):
+            if balance.has_converged(own, scale, own.size):
                 return own, StepOutcome(count, residual, True)
             known = touches.lagged(x)
         raise StepFailed(f"the friction iteration does not converge, residual {residual:.1e}")
@@ -108,7 +108,7 @@ class StageNewton:
             self.history.append(StepIteration(balance.end, balance.stage.step, number, residual, length))
             if not math.isfinite(residual):
                 raise StepFailed("the forces are not finite")
-            solved = balance.met(trial, scale, before)
+            solved = balance.has_converged(trial, scale, before)
             if solved or number == cap:
                 return trial, StepOutcome(number, residual, solved)
             if residual < least:
@@ -137,7 +137,7 @@ class StageTrial:
     drag: Floats
 
     @property
-    def steady(self) -> Floats:
+    def linear_forces(self) -> Floats:
         """Forces that are linear in x (dofs,), N: inertia, damping, and weighted forces at the start of the step."""
         return self.inertia + self.drag + self.balance.past
 
@@ -149,7 +149,7 @@ class StageTrial:
     @cached_property
     def potential(self) -> float:
         """Potential energy of the forces, J; only that of internal forces if the loads have none."""
-        forces, x = self.balance.forces, self.balance.weighted(self.x)
+        forces, x = self.balance.forces, self.balance.weighted_state(self.x)
         return forces.value(x, self.balance.factors) if forces.conservative else forces.strain(x)
 
     @cached_property
@@ -158,7 +158,7 @@ class StageTrial:
         return self.balance.stored(self.x)
 
     @cached_property
-    def contact(self) -> Floats | float:
+    def contact_gradient(self) -> Floats | float:
         """Negative contact forces (dofs,), N."""
         touches = self.balance.touches
         return 0.0 if touches is None else self.balance.stage.touch * touches.gradient(self.x)
@@ -173,7 +173,7 @@ class StageTrial:
     @cached_property
     def r(self) -> Floats:
         """Residual force (free,), N."""
-        r: Floats = (self.steady + self.balance.weight * self.force.total + self.contact)[self.balance.forces.free]
+        r: Floats = (self.linear_forces + self.balance.weight * self.force.total + self.contact_gradient)[self.balance.forces.free]
         return r
 
     @cached_property
@@ -187,7 +187,7 @@ class StageTrial:
         free = self.balance.forces.free
         forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
         most = max(norm(f) for f in forces)
-        return most if self.balance.touches is None else max(most, norm(np.asarray(self.contact)[free]))
+        return most if self.balance.touches is None else max(most, norm(np.asarray(self.contact_gradient)[free]))
 
 
 def norm(f: Floats) -> float:
@@ -242,7 +242,7 @@ class StageEquations:
         """Return the motion at the end of the step."""
         a, v, (more_a, more_v) = trial.a, trial.v, self.stage.beyond
         if self.touches is not None and (more_a or more_v):
-            c = self.system.spread(-self.touches.gradient(trial.x))
+            c = self.system.accelerations_of_forces(-self.touches.gradient(trial.x))
             a, v = a + more_a * c, v + more_v * c
         return Motion(self.end, trial.x, v, a, self.stage.load.last)
 
@@ -257,13 +257,13 @@ class StageEquations:
 
     def force(self, x: Floats) -> EnergyGradients:
         """Return the energy gradients (dofs,), N, for the end state x, evaluated in the weighted state."""
-        return self.forces.at(self.weighted(x), self.factors)
+        return self.forces.at(self.weighted_state(x), self.factors)
 
-    def weighted(self, x: Floats) -> Floats:
+    def weighted_state(self, x: Floats) -> Floats:
         """Return the state in which forces are evaluated, for the end state x."""
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
-    def met(self, trial: StageTrial, scale: float, before: float) -> bool:
+    def has_converged(self, trial: StageTrial, scale: float, before: float) -> bool:
         """Return whether a trial meets the tolerance, or its residual is rounding error and no longer decreases.
 
         `scale`, N, is the force scale, and `before`, N, the residual of the last iteration.
@@ -298,7 +298,7 @@ class StageEquations:
         iterate so rarely.
         """
         now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
-        stay = self.system.supported(now.x, self.end)
+        stay = self.system.with_supports_at_time(now.x, self.end)
         if np.any(stay[fixed] != now.x[fixed]):
             return self._response_to_supports(stay)
         if self.system.problem.cap is not None:
@@ -321,7 +321,7 @@ class StageEquations:
             where = "passes through a rigid body" if through else "is outside the domain of the law"
             raise StepFailed(f"the state {where}")
         if self.forces.conservative:
-            best = min(inside, key=lambda t: self.rise(inside[0], t))
+            best = min(inside, key=lambda t: self.potential_increase(inside[0], t))
             self.system.newton.way = next(i for i, t in enumerate(every) if t is best), 0.0
             return best
         way = min((i for i, t in enumerate(every) if t.possible), key=lambda i: every[i].size)
@@ -389,17 +389,17 @@ class StageEquations:
     def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
         """Return dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K) plus rotational inertia, in the shared pattern."""
         stage, turning = self.stage, self.system.problem.turning
-        J = self.forces.tangent(self.weighted(x), self.factors, projected)
+        J = self.forces.tangent(self.weighted_state(x), self.factors, projected)
         J.data *= self.share
         self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
         if self.system.damping.active:
-            J.data += stage.damped * self.system.damping.data
+            J.data += stage.damping_velocity_derivative * self.system.damping.data
         if self.touches is not None:
             self.touches.add_hessian(x, J.data, stage.touch, projected)
         if turning is not None:
             v = stage.speed + stage.B * (x - stage.coast)
-            self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
-        return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
+            self.forces.add_rotational_blocks(J.data, turning.tangent(stage, x, v))
+        return J if self.touches is None else self.touches.with_deformable_stiffness(x, J, self.forces.free, stage.touch, projected)
 
     def _line_search(self, trial: StageTrial, d: Floats, cycles: bool) -> tuple[StageTrial, float] | None:
         """Return the trial after a fraction of a step d that lowers the potential enough, and the fraction.
@@ -422,18 +422,18 @@ class StageEquations:
         """Return whether the trial `there` is enough lower than `trial`, for a directional derivative `slope`."""
         if self.forces.conservative and not cycles:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
-            return self.rise(trial, there) <= 1e-4 * slope + noise
+            return self.potential_increase(trial, there) <= 1e-4 * slope + noise
         return there.size <= (1.0 - 1e-4) * trial.size
 
     def reach(self, x: Floats, d: Floats) -> float:
         """Return the fraction of an increment d (dofs,), at most 1, up to which deformable surfaces do not collide."""
         return 1.0 if self.touches is None else self.touches.limit(x, d)
 
-    def rise(self, here: StageTrial, there: StageTrial) -> float:
+    def potential_increase(self, here: StageTrial, there: StageTrial) -> float:
         """Return the increase of the incremental potential from `here` to `there`, J."""
         free = self.forces.free
         step = (there.x - here.x)[free]
-        quadratic = 0.5 * float(step @ (here.steady + there.steady)[free])  # exact: its gradient is linear
+        quadratic = 0.5 * float(step @ (here.linear_forces + there.linear_forces)[free])  # exact: its gradient is linear
         weight = 1.0 / self.share if self.stage.between else self.share
         rise = quadratic + weight * (there.potential - here.potential)
         return rise if self.touches is None else rise + self.stage.touch * (there.stored - here.stored)

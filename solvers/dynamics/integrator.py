@@ -81,7 +81,7 @@ class Stage:
         return (1.0 - self.alpha_f) * v + self.alpha_f * self.start.v
 
     @property
-    def damped(self) -> float:
+    def damping_velocity_derivative(self) -> float:
         """Derivative of `damping_velocity` by x, 1/s."""
         return 1.0 / self.step if self.mean else (1.0 - self.alpha_f) * self.B
 

@@ -129,7 +129,7 @@ class LaggedTangentSolver:
             x = now.x + stage.step * now.v
         fixed = self.forces.fixed
         if len(fixed):
-            x[fixed] = self.system.supported(now.x, end)[fixed]
+            x[fixed] = self.system.with_supports_at_time(now.x, end)[fixed]
         return x
 
     # ------------------------------------------------------------------ iteration
@@ -147,7 +147,7 @@ class LaggedTangentSolver:
             residual = trial.size / scale if scale else trial.size
             if not math.isfinite(residual):
                 return None
-            solved = balance.met(trial, scale, before)
+            solved = balance.has_converged(trial, scale, before)
             if solved or number == problem.cap:
                 return trial, StepOutcome(number, residual, solved, True)
             first = first or residual
@@ -176,7 +176,7 @@ class LaggedStageEquations(StageEquations):
 
     def force(self, x: Floats) -> EnergyGradients:
         """Return the weighted forces of the step for the end x."""
-        internal, y = np.zeros(self.forces.dofs), self.weighted(x)
+        internal, y = np.zeros(self.forces.dofs), self.weighted_state(x)
         if self._fresh:
             self._add_forces_and_tangent(y, internal)
         else:

@@ -41,7 +41,7 @@ class Newmark:
         """
         if (self.beta, self.gamma) == (0.25, 0.5):
             return system.solve(mean_stage(system, past.now, step))
-        load = system.forces.graded(past.now.time, past.now.time + step, self.gamma)
+        load = system.forces.step_load(past.now.time, past.now.time + step, self.gamma)
         return system.solve(newmark_stage(system, past.now, step, load, self.beta, self.gamma))
 
 
@@ -56,7 +56,7 @@ def newmark_stage(
     alpha_f: float = 0.0,
 ) -> Stage:
     """Return the stage equations of Newmark's formulas: a1 = (x1 - coast) / (beta h^2), v1 as in `Stage`."""
-    now = system.under(before, load.first)
+    now = system.with_load_factors(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a
     # contact acceleration enters x by h^2/2 and v by h, but not `a`, from which the next step starts;

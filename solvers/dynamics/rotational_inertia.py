@@ -105,7 +105,7 @@ class RotationalInertia:
                 break
         return found
 
-    def accepted(self, past: StepStart) -> StepStart:
+    def rebase_step_start(self, past: StepStart) -> StepStart:
         """Return the start of the next step, with rotation vectors measured from the end of the last step.
 
         `past` holds the motion at the end of the last step and, for multistep integrators, the motion before it.

@@ -100,7 +100,7 @@ class _TimeIntegration:
                 spent = (time.perf_counter() - wall, time.process_time() - cpu)
                 entry = self._require_finite(next_entry(self.system, entry, motion))
             except BarrierTooSoft:
-                entry = entry.stiffened(self.system)
+                entry = entry.after_barrier_stiffening(self.system)
                 continue
             except StepFailed as failure:
                 ticks = self._halve_step(past.now.time, length, ticks, failure)
@@ -119,11 +119,11 @@ class _TimeIntegration:
     def _accept_step(self, past: StepStart, entry: EnergyEntry) -> tuple[StepStart, EnergyEntry]:
         """Return start and energies for the next step: rotations count from it, viscoelastic histories are updated."""
         if self.problem.remembering is not None:
-            self.problem.remembering.accepted()
+            self.problem.remembering.accept_history()
         self._record_contacts(past.now)
         if (turning := self.problem.turning) is None:
             return past, entry
-        past = turning.accepted(past)
+        past = turning.rebase_step_start(past)
         return past, replace(entry, motion=past.now)
 
     def _record_contacts(self, motion: Motion) -> None:
@@ -131,7 +131,7 @@ class _TimeIntegration:
         forces = self.system.forces
         if forces.impact is not None:
             own = slice(None, forces.impact.free)  # without free rigid bodies
-            forces.impact.follow(motion, forces.resultant(forces.M @ motion.v), float(forces.M[own].sum()) / 3.0)
+            forces.impact.record_step(motion, forces.resultant(forces.M @ motion.v), float(forces.M[own].sum()) / 3.0)
 
     def _can_double_step(self, length: float, ticks: int) -> bool:
         """Return whether a part of twice `ticks` units is short enough for the integrator."""
@@ -139,17 +139,17 @@ class _TimeIntegration:
 
     def _attempt_step(self, past: StepStart, end: float) -> Motion:
         """Return the motion at the time `end`, s, after one step. Raises StepFailed."""
-        self.system.damping.begin(past.now.x)
+        self.system.damping.compute_matrix(past.now.x)
         known, h = self.problem.remembering, end - past.now.time
         if known is not None:
             known.begin(self.system.forces, h)
         motion = self.problem.integrator.advance(self.system, past, h)
         if known is not None:
-            known.tried(self.system.forces, motion.x, h)
+            known.compute_provisional_history(self.system.forces, motion.x, h)
         if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
             raise StepFailed("cells are inverted")
         if (impact := self.system.forces.impact) is not None:
-            impact.accept(past.now, motion, end)
+            impact.check_step_end(past.now, motion, end)
         return replace(motion, time=end)
 
     def _require_finite(self, entry: EnergyEntry) -> EnergyEntry:

@@ -191,7 +191,7 @@ class _Modal:
         load = linear_step_load(self.amplitudes, begin, end, weight, ahead)
         return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
 
-    def at_first(self, speed: Floats) -> Floats:
+    def initial_accelerations(self, speed: Floats) -> Floats:
         """Return the modal accelerations (k,) at time 0, from rest with the modal velocities `speed` (k,)."""
         found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.amplitudes]) - self.drag * speed
         return found
@@ -316,7 +316,7 @@ def _integrate_newmark(
 ) -> Floats:  # fmt: skip
     """Return the modal displacements (t, k) by Newmark's formulas with alpha_m = m and alpha_f = f."""
     w, c = modal.w, modal.drag
-    x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
+    x, v, a = np.zeros_like(speed), speed, modal.initial_accelerations(speed)
     factors: Floats | None = None
     found = [x]
     for begin, end in itertools.pairwise(times):
@@ -338,7 +338,7 @@ def _integrate_newmark(
 def _integrate_central_differences(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by central differences."""
     w, alpha = modal.w, modal.alpha
-    x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
+    x, v, a = np.zeros_like(speed), speed, modal.initial_accelerations(speed)
     factors: Floats | None = None
     found = [x]
     for begin, end in itertools.pairwise(times):

@@ -39,6 +39,6 @@ def mean_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
     They are Newmark's formulas for beta = 1/4 and gamma = 1/2 with the acceleration of the start inserted. The energy
     lost to damping, h times its power at the mean velocity, is never negative.
     """
-    load = system.forces.graded(now.time, now.time + h)
+    load = system.forces.step_load(now.time, now.time + h)
     coast = now.x + h * now.v
     return Stage(now, h, load, 2.0 / h**2, 2.0 / h, coast, now.v, alpha_f=0.5)

@@ -29,7 +29,7 @@ class ViscoelasticStep:
 
     def reset(self, forces: StepForces, x: Floats) -> None:
         """Start with a body that has always been at rest and is suddenly in the state x."""
-        self._known = self._next = self._first.accepted(x, 0.0)
+        self._known = self._next = self._first.history_after_step(x, 0.0)
         self.losses = [0.0]
         forces.now = forces.internal = self._next.over(0.0)
 
@@ -39,12 +39,12 @@ class ViscoelasticStep:
         forces.now = self._known.over(0.0)
         forces.internal = self._known.over(self.share * h)
 
-    def tried(self, forces: StepForces, x: Floats, h: float) -> None:
+    def compute_provisional_history(self, forces: StepForces, x: Floats, h: float) -> None:
         """Compute the provisional history after a trial step to state x."""
-        self._next = self._known.accepted(x, h)
+        self._next = self._known.history_after_step(x, h)
         forces.internal = self._next.over(0.0)
 
-    def accepted(self) -> None:
+    def accept_history(self) -> None:
         """Accept the provisional history."""
         self.losses.append(self.losses[-1] + self.lost)
         self._known = self._next
@@ -54,9 +54,9 @@ class ViscoelasticStep:
         return self._next.stored(x)
 
     @property
-    def unknown(self) -> bool:
+    def has_unknown_energy(self) -> bool:
         """True if the stored or dissipated energy could not be computed at some point."""
-        return self._next.unknown
+        return self._next.has_unknown_energy
 
     @property
     def lost(self) -> float:

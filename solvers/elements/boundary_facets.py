@@ -34,14 +34,14 @@ class Triangle:
     halves: ClassVar[Three] = ((0, 1, 2),)
 
     @staticmethod
-    def powers(degree: int) -> Floats:
+    def monomial_exponents(degree: int) -> Floats:
         """Return the exponents (k, 2) of all monomials in xi and eta of a total degree up to `degree`."""
         return np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)], dtype=float)
 
     @staticmethod
     def lattice(steps: int) -> Floats:
         """Return the points (k, 2) of a lattice on the triangle with `steps` equal intervals along each side."""
-        return Triangle.powers(steps) / steps
+        return Triangle.monomial_exponents(steps) / steps
 
     @staticmethod
     def rule_from_square(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
@@ -63,14 +63,14 @@ class Quadrilateral:
     halves: ClassVar[Three] = ((0, 1, 2), (0, 2, 3))
 
     @staticmethod
-    def powers(degree: int) -> Floats:
+    def monomial_exponents(degree: int) -> Floats:
         """Return the exponents (k, 2) of all monomials of at most `degree` in xi and at most `degree` in eta."""
         return np.array(list(product(range(degree + 1), repeat=2)), dtype=float)
 
     @staticmethod
     def lattice(steps: int) -> Floats:
         """Return the points (k, 2) of a lattice on the square with `steps` equal intervals along each side."""
-        found: Floats = 2.0 * Quadrilateral.powers(steps) / steps - 1.0
+        found: Floats = 2.0 * Quadrilateral.monomial_exponents(steps) / steps - 1.0
         return found
 
     @staticmethod

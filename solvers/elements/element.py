@@ -48,7 +48,7 @@ class Facet(Protocol):
         """Return dN/dxi (m, k, 2) at local points xi (m, 2)."""
 
     @staticmethod
-    def powers(degree: int) -> Floats:
+    def monomial_exponents(degree: int) -> Floats:
         """Return the exponents (k, 2) of the monomials in xi and eta up to a degree.
 
         On triangles it is the total degree, on squares the degree in each coordinate.
@@ -136,11 +136,11 @@ class Element(Protocol):
         """Return random local points (count, 3), uniformly distributed in the reference cell."""
 
     @staticmethod
-    def children() -> Floats:
+    def child_corners() -> Floats:
         """Return the local corners (8, c, 3) of the eight parts into which the reference cell is split."""
 
     @staticmethod
-    def ratio(corners: Floats) -> Floats:
+    def mean_ratio_quality(corners: Floats) -> Floats:
         """Return the mean-ratio quality (m,) of cells with corners (m, c, 3): 1 at best, negative if inverted."""
 
     @staticmethod
@@ -152,5 +152,5 @@ class Element(Protocol):
         """Return the Bernstein polynomials (m, k) of a degree at local points xi (m, 3)."""
 
     @staticmethod
-    def eighths(degree: int) -> list[Floats]:
+    def child_lattices(degree: int) -> list[Floats]:
         """Return for each of the eight parts of the reference cell the points (k, 3) of a lattice of this degree."""

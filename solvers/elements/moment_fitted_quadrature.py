@@ -26,7 +26,7 @@ def _monomial_exponents(nodes: int) -> Floats:
 
     They span the integrands of a pressure: a shape function times the area vector.
     """
-    return FACETS[nodes].powers(FACETS[nodes].integrand_degree)
+    return FACETS[nodes].monomial_exponents(FACETS[nodes].integrand_degree)
 
 
 @cache

@@ -85,7 +85,7 @@ class Tetrahedron:
         return rng.dirichlet(np.ones(4), size=count)[:, 1:]
 
     @staticmethod
-    def children() -> Floats:
+    def child_corners() -> Floats:
         """Return the local corners (8, 4, 3) of the eight tetrahedra into which the cell is split.
 
         One of them lies at each corner. The other four fill the remaining octahedron around its diagonal between the
@@ -102,7 +102,7 @@ class Tetrahedron:
         return found
 
     @staticmethod
-    def ratio(corners: Floats) -> Floats:
+    def mean_ratio_quality(corners: Floats) -> Floats:
         """Return the mean-ratio quality (m,) of tetrahedra with corners (m, 4, 3).
 
         It is 12 (3 V)^(2/3) over the sum of squared edge lengths, with the sign of the volume V.
@@ -147,7 +147,7 @@ class Tetrahedron:
         return found
 
     @staticmethod
-    def eighths(degree: int) -> list[Floats]:
+    def child_lattices(degree: int) -> list[Floats]:
         """Return the lattice points (k, 3) of this degree in each of the eight parts of the tetrahedron.
 
         Corners of the parts are the corners and the edge middles of the tetrahedron.
@@ -210,14 +210,14 @@ class Hexahedron:
         return rng.uniform(-1.0, 1.0, size=(count, 3))
 
     @staticmethod
-    def children() -> Floats:
+    def child_corners() -> Floats:
         """Return the local corners (8, 8, 3) of the eight cubes into which the cell is split."""
         corners = Hexahedron.rim()
         found: Floats = 0.5 * corners[:, None] + 0.5 * corners
         return found
 
     @staticmethod
-    def ratio(corners: Floats) -> Floats:
+    def mean_ratio_quality(corners: Floats) -> Floats:
         """Return the mean-ratio quality (m,) of hexahedra with corners (m, 8, 3).
 
         It is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with the sign of det(J), where the rows of J are the
@@ -250,7 +250,7 @@ class Hexahedron:
         return found
 
     @staticmethod
-    def eighths(degree: int) -> list[Floats]:
+    def child_lattices(degree: int) -> list[Floats]:
         """Return the lattice points (k, 3) of this degree in each of the eight cubes into which the cell is split."""
         at = Hexahedron.lattice(degree)
         return [0.5 * (at + np.array(corner)) for corner in product((-1.0, 1.0), repeat=3)]

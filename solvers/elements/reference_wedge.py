@@ -67,7 +67,7 @@ class Wedge:
         return np.column_stack([rng.dirichlet(np.ones(3), size=count)[:, 1:], rng.uniform(-1.0, 1.0, count)])
 
     @staticmethod
-    def children() -> Floats:
+    def child_corners() -> Floats:
         """Return the local corners (8, 6, 3) of the eight wedges into which the cell is split.
 
         The triangle is split into four, below and above zeta = 0.
@@ -81,7 +81,7 @@ class Wedge:
         return np.array(found)
 
     @staticmethod
-    def ratio(corners: Floats) -> Floats:
+    def mean_ratio_quality(corners: Floats) -> Floats:
         """Return the mean-ratio quality (m,) of wedges with corners (m, 6, 3).
 
         It is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with the sign of det(J). J maps the edges at a
@@ -110,7 +110,7 @@ class Wedge:
         `degree` is the total degree in the triangle and the degree in zeta.
         """
         along = np.linspace(-1.0, 1.0, degree + 1).tolist()
-        return np.array([(*at, z) for at, z in product((Tri3.powers(degree) / degree).tolist(), along)])
+        return np.array([(*at, z) for at, z in product((Tri3.monomial_exponents(degree) / degree).tolist(), along)])
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
@@ -120,17 +120,17 @@ class Wedge:
         zeta.
         """
         n, t, L = degree, 0.5 * (1.0 + xi[:, 2]), Tri3.shape(xi[:, :2])
-        powers = [(n - i - j, i, j) for i, j in Tri3.powers(n).astype(int).tolist()]
+        powers = [(n - i - j, i, j) for i, j in Tri3.monomial_exponents(n).astype(int).tolist()]
         flat = [factorial(n) / np.prod([factorial(k) for k in p]) * np.prod(L ** np.array(p), axis=1) for p in powers]
         along = [comb(n, i) * t**i * (1.0 - t) ** (n - i) for i in range(n + 1)]
         return np.stack([a * b for a, b in product(flat, along)], axis=1)
 
     @staticmethod
-    def eighths(degree: int) -> list[Floats]:
+    def child_lattices(degree: int) -> list[Floats]:
         """Return the lattice points (k, 3) of this degree in each of the eight wedges into which the cell is split."""
         at = Wedge.lattice(degree)
         L, t = Tri3.shape(at[:, :2]), 0.5 * (1.0 + at[:, 2:])
-        return [np.concatenate([L * (1.0 - t), L * t], axis=1) @ part for part in Wedge.children()]
+        return [np.concatenate([L * (1.0 - t), L * t], axis=1) @ part for part in Wedge.child_corners()]
 
 
 def wedge_rule(flat: tuple[Floats, Floats], many: int) -> tuple[Floats, Floats]:

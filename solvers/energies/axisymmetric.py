@@ -94,12 +94,12 @@ class AxisymmetricElastic(Elastic):
         self.add_stresses(self.law.P(self.F(x if up == 1.0 else x * x.dtype.type(up))), g, scale / up)
 
     @cached_property
-    def _steepest(self) -> float:
+    def _gradient_per_displacement(self) -> float:
         """Bound of |H| per largest |u|, 1/m, with H the displacement gradient and u the nodal displacements.
 
         It is the sum of the shape-function gradients and of the hoop terms N_a / r.
         """
-        return super()._steepest + float(np.abs(self._required_hoop_terms).sum(axis=2).max(initial=0.0))
+        return super()._gradient_per_displacement + float(np.abs(self._required_hoop_terms).sum(axis=2).max(initial=0.0))
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal forces of whole rings, N, caused by stresses P (m q, 3, 3), Pa, to g."""
@@ -112,7 +112,7 @@ class AxisymmetricElastic(Elastic):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent stiffness, N/m."""
-        self._add_tensors(self.law, "dPdF_projected" if projected else "dPdF", x, data, slots, scale)
+        self._add_law_stiffness(self.law, "dPdF_projected" if projected else "dPdF", x, data, slots, scale)
 
     def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
         """Add the stiffness, N/m, of given tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of the cells `some`."""
@@ -121,7 +121,7 @@ class AxisymmetricElastic(Elastic):
         flat = len(w), -1, B.shape[3]  # stack the points, so that their sum is one matrix product
         add_blocks(B.reshape(flat).swapaxes(1, 2) @ (each @ B).reshape(flat), slots, data)
 
-    def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
+    def derivative_by_displacements(self, G: Floats, some: slice = slice(None)) -> Floats:
         """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3), at the points of the cells `some`."""
         found: Floats = (G.reshape(*G.shape[:2], 1, 9) @ self._deformation_gradient_derivative(some))[:, :, 0]
         return found
@@ -152,9 +152,9 @@ class AxisymmetricPressure(FollowerPressure):
         y = (self.points[:, 0] + x.reshape(-1, 3)[:, 0])[self.faces]
         return w * circumference_in_slices(y @ N.T, self.depth)
 
-    def _slopes(self, x: Floats) -> Floats:
+    def _unit_pressure_stiffness(self, x: Floats) -> Floats:
         """Return the derivative of minus the forces under unit pressure, with the change of circumference."""
-        block = super()._slopes(x)
+        block = super()._unit_pressure_stiffness(x)
         N, _, _, w = self._rule
         areas = w[:, :, None] * np.cross(*self._tangents(x))
         block[..., 0] += circumference_in_slices(np.einsum("qa,qb,fqi->faib", N, N, areas, optimize=True), self.depth)

@@ -75,23 +75,23 @@ class CorotationalTets(LaggedTangentEnergy):
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the gradient, N, as in `Elastic`."""
-        return self._noise / self.magnification(x)
+        return self._unit_strain_rounding_error / self.magnification(x)
 
     def magnification(self, x: Floats) -> float:
         """Return the power of two, 1 or more, by which displacements are magnified, as in `Elastic`."""
-        reach = float(np.abs(x).max(initial=0.0)) * self._steepest
+        reach = float(np.abs(x).max(initial=0.0)) * self._gradient_per_displacement
         if not 0.0 < reach < displacement_gradient_scaling.SMALL:
             return 1.0
         H = np.einsum("mai,maJ->miJ", x.reshape(-1, 3)[self.cells], self.dNdX[:, 0]) / reach
         return displacement_gradient_scaling.find_scale(reach, False, lambda up: up * reach * float(np.abs(H).max()))
 
     @cached_property
-    def _steepest(self) -> float:
+    def _gradient_per_displacement(self) -> float:
         """Sum of the shape-function gradients, 1/m: a bound of |H| per largest |u|."""
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     @cached_property
-    def _noise(self) -> float:
+    def _unit_strain_rounding_error(self) -> float:
         stiffest = np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
         forces = np.zeros(int(self.cells.max()) + 1)
         np.add.at(forces, self.cells, stiffest * self.w * np.linalg.norm(self.dNdX[:, 0], axis=2))
@@ -113,7 +113,7 @@ class CorotationalTets(LaggedTangentEnergy):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent stiffness, N/m."""
-        self._assemble_cells(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
+        self._assemble_cells(TANGENT + PROJECTED * projected, x, _NONE, data, self._block_positions(slots), scale)
 
     def add_gradient_and_lagged(self, x: Floats, g: Floats, traces: Floats) -> None:
         """Add the nodal forces as `add_gradient` does, and write tr(S - I) of each cell into `traces` (m,)."""
@@ -126,7 +126,7 @@ class CorotationalTets(LaggedTangentEnergy):
         the tangent stays definite. Source: Magisano, Leonetti and Garcea (2017), "How to improve efficiency and
         robustness of the Newton method in geometrically non-linear structural problems".
         """
-        self._assemble_cells(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
+        self._assemble_cells(FORCE + TANGENT + LAGGED, x, g, data, self._block_positions(slots), 1.0, traces)
 
     def _assemble_cells(
         self, what: int, x: Floats, g: Floats, data: Floats, rows: Rows, scale: float, traces: Floats = _NONE
@@ -146,7 +146,7 @@ class CorotationalTets(LaggedTangentEnergy):
     def _cell_volumes(self) -> Floats:
         return np.ascontiguousarray(self.w[:, 0])
 
-    def _rows(self, slots: Ints) -> Rows:
+    def _block_positions(self, slots: Ints) -> Rows:
         """Return the positions in the matrix values of each block row (m, 4, 4, 3, 1), or entry (m, 4, 4, 3, 3).
 
         Columns of a block are adjacent unless a node is partly fixed. The result is computed once per array of slots.

@@ -105,25 +105,25 @@ class Elastic(Energy):
         return F.reshape(-1, 3, 3)
 
     @cached_property
-    def _noise(self) -> float:
+    def _unit_strain_rounding_error(self) -> float:
         """Machine epsilon times the norm of the nodal forces caused by a unit strain, N.
 
         The entries of F are near one, so that their rounding error is a strain of machine epsilon.
         """
         forces = np.zeros(int(self.cells.max()) + 1)
-        share = np.einsum("mq,mqa->ma", self.w * self._stiffest, np.linalg.norm(self.dNdX, axis=3))
+        share = np.einsum("mq,mqa->ma", self.w * self._rest_tangent_norm, np.linalg.norm(self.dNdX, axis=3))
         np.add.at(forces, self.cells, share)
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
 
     @property
-    def _stiffest(self) -> Any:
+    def _rest_tangent_norm(self) -> Any:
         """Norm of dP/dF over its 81 entries at rest, Pa; an array (m, q) if the constants vary from point to point."""
-        if self.varies:
+        if self.has_varying_constants:
             return self._varying_law.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
         return np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
 
     @cached_property
-    def varies(self) -> bool:
+    def has_varying_constants(self) -> bool:
         """True if the constants of the law differ from point to point."""
         return isinstance(self.law, VaryingLaw)
 
@@ -133,36 +133,36 @@ class Elastic(Energy):
         return known  # type: ignore[no-any-return]
 
     @cached_property
-    def _of_invariants(self) -> bool:
+    def _has_invariant_law(self) -> bool:
         """True if the law is an `InvariantLaw`."""
-        return isinstance(self._varying_law.law if self.varies else self.law, InvariantLaw)
+        return isinstance(self._varying_law.law if self.has_varying_constants else self.law, InvariantLaw)
 
     def law_of_cells(self, some: slice) -> Any:
         """Return the law of the cells `some`, which is `law` itself if its constants are uniform."""
-        return self._varying_law.of(some, self.w.dtype) if self.varies else self.law
+        return self._varying_law.of(some, self.w.dtype) if self.has_varying_constants else self.law
 
     def _invariant_law(self, some: slice) -> Any:
         """Return the law of the cells `some` in the form that takes invariants (c, q), as an `InvariantLaw`."""
-        return self.law_of_cells(some).law if self.varies else self.law
+        return self.law_of_cells(some).law if self.has_varying_constants else self.law
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the gradient, N."""
-        return self._noise / self.magnification(x)
+        return self._unit_strain_rounding_error / self.magnification(x)
 
     @cached_property
     def _is_stress_free_at_rest(self) -> bool:
-        return displacement_gradient_scaling.is_relaxed(self.law, self.w.size if self.varies else 1)
+        return displacement_gradient_scaling.is_relaxed(self.law, self.w.size if self.has_varying_constants else 1)
 
     @cached_property
     def _linear(self) -> bool:
-        return displacement_gradient_scaling.is_linear(self.law, self.w.size if self.varies else 1)
+        return displacement_gradient_scaling.is_linear(self.law, self.w.size if self.has_varying_constants else 1)
 
     def magnification(self, x: Floats) -> float:
         """Return the power of two c >= 1 by which displacements are magnified before the law is evaluated.
 
         The energy is then divided by c^2 and the stress by c (see displacement_gradient_scaling.py).
         """
-        reach = float(np.abs(x).max(initial=0.0)) * self._steepest
+        reach = float(np.abs(x).max(initial=0.0)) * self._gradient_per_displacement
         if (
             not 0.0 < reach < 1.0
             or (reach >= displacement_gradient_scaling.SMALL and not self._linear)
@@ -176,7 +176,7 @@ class Elastic(Energy):
         return displacement_gradient_scaling.find_scale(reach, self._linear, largest, self.w.dtype)
 
     @cached_property
-    def _steepest(self) -> float:
+    def _gradient_per_displacement(self) -> float:
         """Sum of the shape-function gradients, 1/m: a bound of the displacement gradient |H| per largest |u|."""
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
@@ -186,10 +186,10 @@ class Elastic(Energy):
         return self._value(x if up == 1.0 else x * x.dtype.type(up)) / up / up
 
     def _value(self, x: Floats) -> float:
-        if self._of_invariants:
+        if self._has_invariant_law:
             total = 0.0
             with np.errstate(all="ignore"):
-                for some, _, i, j in self._points(x):
+                for some, _, i, j in self._batches_with_invariants(x):
                     total += float(np.vdot(self._invariant_law(some).energy(i, j), self.w[some]))
             return total
         return float(self.law.psi(self.F(x)) @ self.w.ravel())
@@ -199,9 +199,9 @@ class Elastic(Energy):
         up = self.magnification(x)
         x, scale = (x, scale) if up == 1.0 else (x * x.dtype.type(up), scale / up)
         forces = g.reshape(-1, 3)
-        if self._of_invariants:
+        if self._has_invariant_law:
             with np.errstate(all="ignore"):
-                for some, h, i, j in self._points(x):
+                for some, h, i, j in self._batches_with_invariants(x):
                     a, s = self._invariant_law(some).slopes(i, j)
                     body = (self.cells, self.dNdX, self.w)
                     element_kernels.add_invariant_forces(h, a, s, *body, some.start, scale, forces)
@@ -215,24 +215,24 @@ class Elastic(Energy):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent stiffness, N/m; dP/dF already contains the geometric stiffness."""
-        if self._of_invariants and not projected:
+        if self._has_invariant_law and not projected:
             self._add_invariant_hessian(x, data, slots, scale, None)
             return
         tangent = "dPdF_projected" if projected else "dPdF"
-        self._add_tensors(self.law, tangent, x, data, slots, scale)
+        self._add_law_stiffness(self.law, tangent, x, data, slots, scale)
 
     def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
         """Add the positive semi-definite stiffness used for stiffness-proportional damping, N/m."""
         if self.drag is None:
             self.add_hessian(x, data, slots, scale, True)
             return
-        self._add_tensors(self.drag, "dPdF_projected", x, data, slots, scale)
+        self._add_law_stiffness(self.drag, "dPdF_projected", x, data, slots, scale)
 
-    def _add_tensors(self, law: Any, tangent: str, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
+    def _add_law_stiffness(self, law: Any, tangent: str, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         """Add the stiffness of the tensors dP/dF that the method of `law` named by `tangent` returns, N/m."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
-        for some in self._some():
-            own = law.of(some, self.w.dtype) if self.varies else law
+        for some in self._cell_batches():
+            own = law.of(some, self.w.dtype) if self.has_varying_constants else law
             self.add_moduli(getattr(own, tangent)(F[some].reshape(-1, 3, 3)), some, data, slots[some], scale)
 
     def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
@@ -240,7 +240,7 @@ class Elastic(Energy):
         each = np.ascontiguousarray(A).reshape(*self.w[some].shape, 3, 3, 3, 3)
         element_kernels.add_stiffness(each, self.dNdX[some], self.w[some], scale, np.ascontiguousarray(slots), data)
 
-    def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
+    def derivative_by_displacements(self, G: Floats, some: slice = slice(None)) -> Floats:
         """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3), at the points of the cells `some`."""
         rows: Floats = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX[some], optimize=True)
         return rows.reshape(*G.shape[:2], -1)
@@ -251,7 +251,7 @@ class Elastic(Energy):
         `more` (m, q), Pa, if given, is an additional pressure: it is added to the factor s = dpsi/dJ of the law.
         """
         with np.errstate(all="ignore"):
-            for some, h, i, j in self._points(x):
+            for some, h, i, j in self._batches_with_invariants(x):
                 law = self._invariant_law(some)
                 (a, s), (c, d) = law.slopes(i, j), law.curvatures(i, j)
                 s = s if more is None else s + more[some]
@@ -259,15 +259,15 @@ class Elastic(Energy):
                 numbers = (h, j, a, s, c, d, self.dNdX, self.w)
                 element_kernels.add_invariant_stiffness(*numbers, some.start, scale, slots[some], data)
 
-    def _some(self) -> Iterator[slice]:
+    def _cell_batches(self) -> Iterator[slice]:
         """Yield slices of the cells that together cover all cells, each with about POINTS integration points."""
         cells = max(1, POINTS // self.w.shape[1])
         return (slice(at, min(at + cells, len(self.w))) for at in range(0, len(self.w), cells))
 
-    def _points(self, x: Floats) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
+    def _batches_with_invariants(self, x: Floats) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
         """Yield slices of the cells, each with du/dX (c, q, 9), I1 - 3 and J - 1 (c, q) at its points."""
         u, kind = x.reshape(-1, 3), self.w.dtype
-        for some in self._some():
+        for some in self._cell_batches():
             shape = self.w[some].shape
             h, (stretch, j) = np.empty((*shape, 9), dtype=kind), np.empty((2, *shape), dtype=kind)
             element_kernels.compute_invariants(u, self.cells, self.dNdX, some.start, h, stretch, j)

@@ -30,7 +30,7 @@ class ElasticFoundation(DampedEnergy):
     along: int | None = None
 
     @property
-    def damps(self) -> bool:
+    def has_dashpots(self) -> bool:
         """True if the foundation has dashpots."""
         return self.lag > 0.0
 

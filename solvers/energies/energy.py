@@ -69,7 +69,7 @@ class DampedEnergy(Energy):
     """An energy with additional linear damping forces C v; C is constant and positive semi-definite."""
 
     @property
-    def damps(self) -> bool:
+    def has_dashpots(self) -> bool:
         """True if any dashpots are present."""
         raise NotImplementedError(f"{type(self).__name__} does not say whether it has dashpots")
 

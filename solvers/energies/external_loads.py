@@ -142,12 +142,12 @@ class FollowerPressure(Energy):
         """Add the load stiffness, which is not symmetric, unless `projected`: that tangent must stay definite."""
         if projected:
             return
-        block = self._slopes(x)
+        block = self._unit_pressure_stiffness(x)
         block *= scale * self.p
         keep = slots >= 0
         np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
 
-    def _slopes(self, x: Floats) -> Floats:
+    def _unit_pressure_stiffness(self, x: Floats) -> Floats:
         """Return the derivative of minus the nodal forces under unit pressure (f, a, 3, b, 3), m."""
         N, first, second, _ = self._rule
         w = self._weights_at(x)[:, :, None]

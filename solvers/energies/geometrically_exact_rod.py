@@ -49,7 +49,7 @@ class RodElastic(RodElementEnergy):
         """Strains (Gamma, K) of the elements in the undeformed state (n, 6)."""
         return RodElements.of(self.rest, self.elements, self.lengths).strains
 
-    def stiffened(self, stiffness: VaryingStiffness, offset: Floats) -> RodElastic:
+    def with_stiffness_and_offset(self, stiffness: VaryingStiffness, offset: Floats) -> RodElastic:
         """Return the same rod with other stiffnesses and another strain offset; its undeformed state is reused."""
         made = replace(self, stiffness=stiffness, offset=offset)
         vars(made).update(lengths=self.lengths, rest_strains=self.rest_strains)

@@ -76,10 +76,10 @@ class MixedSolid(Energy):
     @cached_property
     def stencils(self) -> Ints:
         """Degrees of freedom of each cell (m, 3 a + b): three displacements of each node, and the pressures."""
-        return np.concatenate([self._shape.stencils, self.pressures], axis=1)
+        return np.concatenate([self._shape_energy.stencils, self.pressures], axis=1)
 
     @cached_property
-    def _shape(self) -> Elastic:
+    def _shape_energy(self) -> Elastic:
         """Elastic energy of psi_shape."""
         return _make_elastic(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
@@ -89,7 +89,7 @@ class MixedSolid(Energy):
 
     def F(self, x: Floats) -> Floats:
         """Return the deformation gradients (m q, 3, 3)."""
-        return self._shape.F(self.displacements(x))
+        return self._shape_energy.F(self.displacements(x))
 
     def pressure(self, x: Floats) -> Floats:
         """Return the pressure at every integration point (m, q), Pa; positive in tension."""
@@ -108,26 +108,26 @@ class MixedSolid(Energy):
         """Return the norm of the rounding error in the gradient, N, caused by strains and by volumes."""
         volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1))) * float(np.finfo(np.float64).eps)
         u = self.displacements(x)
-        return self._shape.rounding(u) + volumes / self._shape.magnification(u)
+        return self._shape_energy.rounding(u) + volumes / self._shape_energy.magnification(u)
 
     def value(self, x: Floats) -> float:
         """Return L(u, p), J; infinite outside the domain of the law."""
         p, g = self.pressure(x), self._constraint(x)
-        shape = self._shape.value(self.displacements(x))
+        shape = self._shape_energy.value(self.displacements(x))
         total = shape + float(np.sum(self.w * (p * g - 0.5 * self.compliance * p**2)))
         return total if np.isfinite(total) else np.inf
 
     def _constraint(self, x: Floats) -> Floats:
         """Return g at every integration point (m, q), no unit."""
-        F, up = _magnified_gradient(self._shape, self.displacements(x))
+        F, up = _magnified_gradient(self._shape_energy, self.displacements(x))
         return self.constraint.value(F).reshape(self.w.shape) / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal forces, N, and the residual of the volume equation, also in N."""
         u, p = self.displacements(x), self.pressure(x)
-        self._shape.add_gradient(u, g[: u.size], scale)
+        self._shape_energy.add_gradient(u, g[: u.size], scale)
         F = self.F(x)
-        self._shape.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
+        self._shape_energy.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
         lacking = self._constraint(x) - self.compliance * p
         np.add.at(g, self.pressures, (scale * self.unit) * self._integrate(self.w * lacking))
 
@@ -138,12 +138,12 @@ class MixedSolid(Energy):
         """
         p, width = self.pressure(x), 3 * self.cells.shape[1]
         F = self.F(x).reshape(*self.w.shape, 3, 3)
-        _add_stiffness(self._shape, self.constraint, F, p, slots[:, :width, :width], data, scale, projected)
+        _add_stiffness(self._shape_energy, self.constraint, F, p, slots[:, :width, :width], data, scale, projected)
         self._add_coupling(x, data, slots, scale * self.unit, width)
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
         """Add the blocks int N_b dg/du, on both sides of the diagonal, and the pressure block -int N_a N_b / M."""
-        rows = self._shape.slope(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
+        rows = self._shape_energy.derivative_by_displacements(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
         C = self.Np.swapaxes(-1, -2) @ ((self.w * self.compliance)[:, :, None] * self.Np)
         add_blocks(scale * B, slots[:, :width, width:], data)
@@ -194,18 +194,18 @@ class MeanDilatation(Energy):
     hoop: Floats | None = None
 
     @cached_property
-    def _shape(self) -> Elastic:
+    def _shape_energy(self) -> Elastic:
         """Elastic energy of psi_shape."""
         return _make_elastic(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     @property
     def stencils(self) -> Ints:
         """Three degrees of freedom per node of each cell (m, 3 a)."""
-        return self._shape.stencils
+        return self._shape_energy.stencils
 
     def F(self, x: Floats) -> Floats:
         """Return the deformation gradients (m q, 3, 3)."""
-        return self._shape.F(x)
+        return self._shape_energy.F(x)
 
     @cached_property
     def _unit_dilatation_rounding(self) -> float:
@@ -217,7 +217,7 @@ class MeanDilatation(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the gradient, N."""
-        return self._shape.rounding(x) + self._unit_dilatation_rounding / self._shape.magnification(x)
+        return self._shape_energy.rounding(x) + self._unit_dilatation_rounding / self._shape_energy.magnification(x)
 
     @cached_property
     def _cell_volumes(self) -> Floats:
@@ -225,7 +225,7 @@ class MeanDilatation(Energy):
         V: Floats = self.w.sum(axis=1)
         return V
 
-    def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
+    def with_predicted_pressures(self, x: Floats, d: Floats) -> MeanDilatation:
         """Return the energy whose tangent uses the cell pressures predicted at the end of a step d from the state x.
 
         The predicted pressures are M (g + dg/du . d), Pa, to first order in d.
@@ -236,13 +236,13 @@ class MeanDilatation(Energy):
         grown = np.einsum("mq,mqiJ,mqiJ->m", self.w, G, H, optimize=True) / self._cell_volumes
         return replace(self, expected=self.bulk * (self._mean_constraint_values(F) + grown))
 
-    def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
+    def with_constraint_pressures(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
         """Return the energy whose tangent uses the cell pressures computed from the given constraint in state x."""
         return replace(
             self, expected=self.bulk * replace(self, constraint=constraint)._mean_constraint_values(self.F(x))
         )
 
-    def slack(self) -> MeanDilatation:
+    def without_pressure_stress(self) -> MeanDilatation:
         """Return the energy whose tangent contains no pressure stress."""
         return replace(self, expected=np.zeros(len(self.w)))
 
@@ -253,18 +253,18 @@ class MeanDilatation(Energy):
 
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""
-        F, up = _magnified_gradient(self._shape, x)
+        F, up = _magnified_gradient(self._shape_energy, x)
         g = self._mean_constraint_values(F) / up
-        total = self._shape.value(x) + 0.5 * float((self.bulk * self._cell_volumes) @ g**2)
+        total = self._shape_energy.value(x) + 0.5 * float((self.bulk * self._cell_volumes) @ g**2)
         return total if np.isfinite(total) else np.inf
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal elastic forces, N."""
-        self._shape.add_gradient(x, g, scale)
-        F, up = _magnified_gradient(self._shape, x)
+        self._shape_energy.add_gradient(x, g, scale)
+        F, up = _magnified_gradient(self._shape_energy, x)
         p = self.bulk * self._mean_constraint_values(F) / up
         stress = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
-        self._shape.add_stresses(stress, g, scale)
+        self._shape_energy.add_stresses(stress, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent stiffness, N/m.
@@ -276,7 +276,7 @@ class MeanDilatation(Energy):
         if each is None:
             each = self.bulk * self._mean_constraint_values(F.reshape(-1, 3, 3))
         p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
-        _add_stiffness(self._shape, self.constraint, F, p, slots, data, scale, projected)
+        _add_stiffness(self._shape_energy, self.constraint, F, p, slots, data, scale, projected)
         stiff = scale * self.bulk / self._cell_volumes
         for some in _cell_batches(len(self.w)):
             b = self._constraint_gradients(F[some], some)
@@ -286,7 +286,7 @@ class MeanDilatation(Energy):
     def _constraint_gradients(self, F: Floats, some: slice) -> Floats:
         """Return int dg/du dV of each of the cells `some` (c, 3a), m^2."""
         G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
-        b: Floats = (self.w[some][:, None] @ self._shape.slope(G, some))[:, 0]
+        b: Floats = (self.w[some][:, None] @ self._shape_energy.derivative_by_displacements(G, some))[:, 0]
         return b
 
 
@@ -308,7 +308,7 @@ def _add_stiffness(
     If `projected`, the tangent of the law is positive semi-definite, and the pressures are ignored.
     """
     tangent = "dPdF_projected" if projected else "dPdF"
-    for some in shape._some():
+    for some in shape._cell_batches():
         flat = F[some].reshape(-1, 3, 3)
         A = getattr(shape.law_of_cells(some), tangent)(flat)
         if not projected:

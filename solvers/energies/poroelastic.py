@@ -68,7 +68,7 @@ class PoroelasticSolid(MixedSolid):
         """Return the energy of the skeleton, J; infinite outside the domain of its law, or if pores are closed."""
         if self.turns and not bool(np.all(self._constraint(x) > self.pores.solid - 1.0)):
             return np.inf
-        return self._shape.value(self.displacements(x))
+        return self._shape_energy.value(self.displacements(x))
 
     def volumes(self, x: Floats) -> Floats:
         """Return the volume change int N_b (J - 1) dV at each pressure node (b,), m^3."""
@@ -80,7 +80,7 @@ class PoroelasticSolid(MixedSolid):
             -np.einsum("mq,mqbI,mqI->mb", self.w, self.dNpdX, self._negative_fluid_flux(x), optimize=True)
         )
 
-    def heat(self, x: Floats) -> float:
+    def dissipated_power(self, x: Floats) -> float:
         """Return the power dissipated by the flow, int grad p . K grad p dV, W."""
         return float(
             np.einsum("mq,mqI,mqI->", self.w, self._pressure_gradients(x), self._negative_fluid_flux(x), optimize=True)
@@ -159,7 +159,7 @@ class PoroelasticSolid(MixedSolid):
             Gg, Gs = (np.einsum("mqLi,mqi->mqL", G, v)[..., None, :] for v in (g, s))
             M = (slope * np.einsum("mqi,mqi->mq", s, g))[..., None, None] * G.swapaxes(2, 3)
             M = M - kJ[..., None, None] * (s[..., None] * Gg + g[..., None] * Gs)
-            found.append(np.einsum("mq,mqa->ma", self.w, self._shape.slope(M)))
+            found.append(np.einsum("mq,mqa->ma", self.w, self._shape_energy.derivative_by_displacements(M)))
         return np.stack(found, axis=1)
 
 
@@ -199,7 +199,7 @@ class PoreFluid(EnergyHistory):
     volumes: Floats
     out: Floats
     lost: float = 0.0
-    pumped: float = 0.0
+    pore_pressure_work: float = 0.0
     moved: float = 0.0
     passed: float = 0.0
     pressed: float = 0.0
@@ -225,10 +225,10 @@ class PoreFluid(EnergyHistory):
         """
         return replace(self.energy, owed=self._fluid_right_hand_side, span=h if self.stage is None else self.stage.span)
 
-    def accepted(self, x: Floats, h: float) -> PoreFluid:
+    def history_after_step(self, x: Floats, h: float) -> PoreFluid:
         """Return the pore fluid after a stage of h seconds that ends in state x, or after a jump if h = 0."""
         owed, span = self._fluid_right_hand_side, h if self.stage is None else self.stage.span
-        V, flow, heat = self.energy.volumes(x), span * self.energy.inflow(x), self.energy.heat(x)
+        V, flow, heat = self.energy.volumes(x), span * self.energy.inflow(x), self.energy.dissipated_power(x)
         now = np.where(self.held, V, owed + flow)
         left = np.where(self.held, owed + flow - V, 0.0)
         p = self.energy.pore_pressures(x)
@@ -238,7 +238,7 @@ class PoreFluid(EnergyHistory):
                 self, stage=FirstStage(h, now - self.account, left, heat, pumped), volumes=V, pressed=pressed
             )
         lost, out = self.lost + span * heat, self.out + left
-        pumped = self.pumped + (pumped if span else 0.0)  # work in a jump is part of the energy
+        pumped = self.pore_pressure_work + (pumped if span else 0.0)  # work in a jump is part of the energy
         moved = 0.5 * float(np.abs(now - self.account).sum())
         whole = self.moved + moved
         rough = whole if moved > SEEN * whole else moved  # meshes cannot resolve an instantaneous outflow
@@ -247,7 +247,7 @@ class PoreFluid(EnergyHistory):
             pumped += AFTER * self.stage.pumped
             rough = 0.5 * float(np.abs(self.stage.gained - (now - owed)).sum())
         passed = self.passed + 0.5 * float(np.abs(out - self.out).sum())
-        return replace(self, account=now, volumes=V, out=out, lost=lost, pumped=pumped, moved=whole, passed=passed,
+        return replace(self, account=now, volumes=V, out=out, lost=lost, pore_pressure_work=pumped, moved=whole, passed=passed,
                        pressed=pressed, rough=rough, stage=None)  # fmt: skip
 
     @property
@@ -256,7 +256,7 @@ class PoreFluid(EnergyHistory):
         return float(self.energy.w.sum()) * (ROUNDED + SOLVED * self.pressed / self.energy.shear)
 
     @property
-    def balance(self) -> float:
+    def fluid_balance_error(self) -> float:
         """Relative error of the fluid balance: |volume gained + volume that left| over the volume moved so far."""
         amiss = max(0.0, abs(float(self.volumes.sum()) + float(self.out.sum())) - self._volume_tolerance)
         return amiss / (self.moved + self.passed) if amiss else 0.0

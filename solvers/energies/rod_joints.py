@@ -47,13 +47,13 @@ class Joints:
         """Number of points."""
         return int(self.point.max()) + 1
 
-    def spread(self, d: Floats) -> Floats:
+    def node_increments(self, d: Floats) -> Floats:
         """Return the increments of the nodes (6 n,) from the increments d of the points (6 p,)."""
         own = d.reshape(-1, 6)[self.point]
         turned = np.einsum("nki,nk->ni", self.turns, own[:, 3:])
         return np.concatenate([own[:, :3], turned], axis=1).ravel()
 
-    def gathered(self, g: Floats) -> Floats:
+    def forces_at_points(self, g: Floats) -> Floats:
         """Return the forces and moments at the points (6 p,) from the forces and moments g at the nodes (6 n,)."""
         own = g.reshape(-1, 6)
         both = np.concatenate([own[:, :3], np.einsum("nik,nk->ni", self.turns, own[:, 3:])], axis=1)
@@ -61,7 +61,7 @@ class Joints:
         np.add.at(found, self.point, both)
         return found.ravel()
 
-    def blocks(self, stencils: Ints) -> tuple[Ints, Floats]:
+    def point_stencils_with_derivatives(self, stencils: Ints) -> tuple[Ints, Floats]:
         """Return stencils over unknowns of points, and the derivatives of node unknowns by these.
 
         The given stencils (m, k) number unknowns of nodes, and the result the corresponding unknowns of points. The
@@ -94,13 +94,13 @@ class JointedRods(Energy):
         return self.energy.conservative
 
     @cached_property
-    def _blocks(self) -> tuple[Ints, Floats]:
-        return self.joints.blocks(self.energy.stencils)
+    def _stencils_with_derivatives(self) -> tuple[Ints, Floats]:
+        return self.joints.point_stencils_with_derivatives(self.energy.stencils)
 
     @property
     def stencils(self) -> Ints:
         """Degrees of freedom of the points that each rod element couples, shape (m, k) for m elements."""
-        return self._blocks[0] if self.energy.stencils.size else self.energy.stencils
+        return self._stencils_with_derivatives[0] if self.energy.stencils.size else self.energy.stencils
 
     def _state(self, x: Floats) -> Floats:
         """Return the state that the rod energy takes; in statics, this is x itself."""
@@ -114,11 +114,11 @@ class JointedRods(Energy):
         """Add the forces, N, and moments, N m, at the points."""
         own = np.zeros(6 * len(self.joints.point))
         self.energy.add_gradient(self._state(x), own, scale)
-        g += self.joints.gathered(own)
+        g += self.joints.forces_at_points(own)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the Hessian B^T K B, where K is that of the rod energy and B the derivative from `Joints.blocks`."""
-        B = self._blocks[1]
+        B = self._stencils_with_derivatives[1]
         local = np.zeros_like(B)
         self.energy.add_hessian(
             self._state(x), local.reshape(-1), np.arange(local.size).reshape(local.shape), scale, projected

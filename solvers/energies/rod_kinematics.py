@@ -171,7 +171,7 @@ class ElementRotations:
         return found
 
     @cached_property
-    def steps(self) -> Floats:
+    def derivative_by_dofs(self) -> Floats:
         """Derivative of y = (d, p, c) by the 12 degrees of freedom, (n, 11, 12), with d = x_b - x_a."""
         found = np.empty((len(self.c), 11, 12))
         found[:, D] = _APART
@@ -179,7 +179,7 @@ class ElementRotations:
         found[:, 3:] = (known @ _STEPS).reshape(-1, 8, 12)
         return found
 
-    def curvature(self, moment: Floats) -> Floats:
+    def rotation_vector_hessian(self, moment: Floats) -> Floats:
         """Return the second derivative of moment . theta by c = (s, v) of unit length, (n, 4, 4).
 
         theta = 2 h(s, |v|^2) v, and `moment` (n, 3) is constant.
@@ -243,7 +243,7 @@ class RodElements:
     @cached_property
     def gradients(self) -> Floats:
         """Derivative of (Gamma, K) by the 12 degrees of freedom, (n, 6, 12)."""
-        return np.asarray((self._strain_derivative @ self.turns.steps) / self.l[:, None, None])
+        return np.asarray((self._strain_derivative @ self.turns.derivative_by_dofs) / self.l[:, None, None])
 
     def forces(self, sigma: Floats) -> Floats:
         """Return the sum of sigma_i times the derivative of strain i by the 12 dofs, (n, 12).
@@ -262,9 +262,9 @@ class RodElements:
         t = np.einsum("ei,eij->ej", stress, self._strain_derivative)
         M = np.zeros((n, 11, 11))
         M[:, :7, :7] = self._force_second_derivatives(stress[:, :3], t[:, :7])
-        M[:, C, C] = turns.curvature(stress[:, 3:])
-        left = np.concatenate([B, turns.steps], axis=1)
-        right = np.concatenate([stiffness[:, :, None] * B, M @ turns.steps], axis=1)
+        M[:, C, C] = turns.rotation_vector_hessian(stress[:, 3:])
+        left = np.concatenate([B, turns.derivative_by_dofs], axis=1)
+        right = np.concatenate([stiffness[:, :, None] * B, M @ turns.derivative_by_dofs], axis=1)
         H = (left.swapaxes(1, 2) @ right).reshape(n, 144)
         H += self._second_derivative_products(t) @ _OWN
         return np.asarray(H).reshape(n, 12, 12)

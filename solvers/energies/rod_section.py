@@ -36,7 +36,7 @@ class RodStiffness:
         """Diagonal of the stiffness matrix (6,), in the order of the strains (Gamma1, Gamma2, Gamma3, K1, K2, K3)."""
         return np.array([self.EA, self.GA2, self.GA3, self.GJ, self.EI2, self.EI3])
 
-    def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> RodStiffness:
+    def with_suppressed_modes(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> RodStiffness:
         """Return the stiffness of a rod of this `length`, m, whose shear or stretch is suppressed.
 
         `shear` and `axial` are True for modes that stay flexible. A suppressed mode gets the penalty stiffness max(its
@@ -66,7 +66,7 @@ class VaryingStiffness:
     diagonal: Floats
     rigid: tuple[int, ...] = ()
 
-    def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> VaryingStiffness:
+    def with_suppressed_modes(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> VaryingStiffness:
         """Return the stiffnesses with suppressed modes, as `RodStiffness.without` does.
 
         B is the largest bending or twisting stiffness of all elements.

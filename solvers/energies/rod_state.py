@@ -125,7 +125,7 @@ class RodChain:
         cached_elements(moved, self.elements, self.lengths, turns)  # fill the cache: Newton needs it next
         return moved
 
-    def jumped(self, before: Floats, after: Floats) -> bool:
+    def has_rotation_jump(self, before: Floats, after: Floats) -> bool:
         """Return whether an element's relative rotation has changed by more than 180 degrees between two states."""
         return exceeds_half_turn(before, after, self.elements)
 

@@ -74,7 +74,7 @@ class RodTendons(RodElementEnergy):
         unit = np.broadcast_to(np.eye(3), (*self.arms.shape, 3))
         return np.concatenate([unit, -cross_matrix(self.arms)], axis=3)
 
-    def paths(self, x: Floats) -> Floats:
+    def tendon_lengths(self, x: Floats) -> Floats:
         """Return the lengths of the tendons (k,) in state x, m."""
         found: Floats = (
             self.shares
@@ -86,7 +86,7 @@ class RodTendons(RodElementEnergy):
     @cached_property
     def at_rest(self) -> Floats:
         """Lengths of the tendons (k,) in the undeformed state, m."""
-        return self.paths(self.rest)
+        return self.tendon_lengths(self.rest)
 
     def nearest(self, x: Floats) -> Floats:
         """Return the smallest ratio of current to initial distance between neighbouring points of each tendon (k,)."""
@@ -98,7 +98,7 @@ class RodTendons(RodElementEnergy):
 
     def value(self, x: Floats) -> float:
         """Return the potential, zero in the undeformed state, J."""
-        return float(self.tension @ (self.paths(x) - self.at_rest))
+        return float(self.tension @ (self.tendon_lengths(x) - self.at_rest))
 
     @cached_property
     def _tension_weights(self) -> Floats:

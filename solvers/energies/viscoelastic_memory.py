@@ -31,12 +31,12 @@ class BranchSprings(Protocol):
     """
 
     @property
-    def keeps(self) -> bool: ...
+    def is_isochoric(self) -> bool: ...
 
     def stored(self, C: Floats, q: Floats) -> Floats:
         """Return the energy stored in a branch (n,), J/m^3, per unit of its share of the stress."""
 
-    def rate(self, C: Floats, q: Floats) -> Floats:
+    def dissipation_times_tau(self, C: Floats, q: Floats) -> Floats:
         """Return the dissipated power of a branch times its relaxation time (n,), J/m^3, per unit of its share."""
 
 
@@ -68,7 +68,7 @@ class RelaxationSeries(Protocol):
     def strain(self, F: Floats) -> Floats:
         """Return the strain (n, 3, 3) that is work-conjugate to `stress`."""
 
-    def relaxed(self, whole: Any, decay: Floats, mean: Floats, H: Floats, S: Floats, shape: Any) -> Any:
+    def make_step_law(self, whole: Any, decay: Floats, mean: Floats, H: Floats, S: Floats, shape: Any) -> Any:
         """Return the law of a time step, from branch stresses H and stress S at its start, Pa.
 
         Over the step exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,). `whole` is the instantaneous law.
@@ -79,16 +79,16 @@ class EnergyHistory(ABC):
     """Base class of history variables of an energy: of viscoelastic cells, of a viscoelastic rod, or of pore fluid."""
 
     energy: Any  # instantaneous energy, before relaxation
-    worked: float | None = None  # work of the internal forces, J, if the history counts it itself
-    pumped: float = 0.0  # work of prescribed pore pressures since the start, J; nodal forces do not contain it
-    unknown = False  # stored or dissipated energy could not be computed at some point
+    internal_work: float | None = None  # work of the internal forces, J, if the history counts it itself
+    pore_pressure_work: float = 0.0  # work of prescribed pore pressures since the start, J; nodal forces do not contain it
+    has_unknown_energy = False  # stored or dissipated energy could not be computed at some point
 
     @abstractmethod
     def over(self, h: float) -> Energy:
         """Return the energy of the next step of h seconds; its minimum is the state at the end of the step."""
 
     @abstractmethod
-    def accepted(self, x: Floats, h: float) -> EnergyHistory:
+    def history_after_step(self, x: Floats, h: float) -> EnergyHistory:
         """Return the history after a step of h seconds that ends in state x."""
 
     @property
@@ -130,7 +130,7 @@ class ViscoelasticHistory(EnergyHistory):
     H: Floats
     springs: Floats
     lost: Floats
-    unknown: bool = False  # stored or dissipated energy could not be computed at some point
+    has_unknown_energy: bool = False  # stored or dissipated energy could not be computed at some point
 
     @classmethod
     def at_rest(cls, energy: Any, series: RelaxationSeries) -> ViscoelasticHistory:
@@ -142,11 +142,11 @@ class ViscoelasticHistory(EnergyHistory):
     def over(self, h: float) -> Energy:
         """Return the energy of the next step of h seconds; its minimum is the state at the end of the step."""
         decay, mean, _ = decay_factors(h, self.series.tau)
-        law = self.series.relaxed(self.energy.law, decay, mean, self.H, self.S, self.energy.w.shape)
+        law = self.series.make_step_law(self.energy.law, decay, mean, self.H, self.S, self.energy.w.shape)
         made: Energy = replace(self.energy, law=law)
         return made
 
-    def accepted(self, x: Floats, h: float) -> ViscoelasticHistory:
+    def history_after_step(self, x: Floats, h: float) -> ViscoelasticHistory:
         """Return the history after a step of h seconds that ends in state x."""
         known, (decay, mean, _) = self.series, decay_factors(h, self.series.tau)
         F = self.energy.F(x)
@@ -163,7 +163,7 @@ class ViscoelasticHistory(EnergyHistory):
         open_ = np.isnan(springs) | np.isnan(lost)
         springs, lost = np.where(open_, self.springs, springs), np.where(open_, 0.0, lost)
         return ViscoelasticHistory(
-            self.energy, known, S, W, E, H, springs, self.lost + lost, self.unknown or bool(open_.any())
+            self.energy, known, S, W, E, H, springs, self.lost + lost, self.has_unknown_energy or bool(open_.any())
         )
 
     def _branch_energy(self, H: Floats, S: Floats, E: Floats) -> Floats:
@@ -217,10 +217,10 @@ class ViscoelasticHistory(EnergyHistory):
             for t, w in _panel_quadrature(h, tau):
                 now, left = t / h, np.exp(-t / tau)
                 C = np.eye(3) + 2.0 * (self.E + now * (E - self.E))
-                if springs.keeps:
+                if springs.is_isochoric:
                     C /= np.cbrt(np.linalg.det(C))[:, None, None]
                 q = self.S + now * (S - self.S) - left * H / g + np.expm1(-t / tau) * B
-                total += w * g / tau * springs.rate(C, q)
+                total += w * g / tau * springs.dissipation_times_tau(C, q)
         return total
 
     @property
@@ -263,9 +263,9 @@ class BodyHistory:
         """Return the internal energies of the next step of h seconds."""
         return tuple(own.over(h) if isinstance(own, EnergyHistory) else own for own in self.each)
 
-    def accepted(self, x: Floats, h: float) -> BodyHistory:
+    def history_after_step(self, x: Floats, h: float) -> BodyHistory:
         """Return the histories after a step of h seconds that ends in state x."""
-        return BodyHistory(tuple(own.accepted(x, h) if isinstance(own, EnergyHistory) else own for own in self.each))
+        return BodyHistory(tuple(own.history_after_step(x, h) if isinstance(own, EnergyHistory) else own for own in self.each))
 
     def stored(self, x: Floats) -> float:
         """Return the elastic energy stored in the body in state x, J; the histories must be those at this state."""
@@ -277,19 +277,19 @@ class BodyHistory:
         return sum(memory.dissipated for memory in self._histories)
 
     @property
-    def unknown(self) -> bool:
+    def has_unknown_energy(self) -> bool:
         """True if the stored or dissipated energy could not be computed at some point."""
-        return any(own.unknown for own in self._histories)
+        return any(own.has_unknown_energy for own in self._histories)
 
     @property
-    def pumped(self) -> float:
+    def pore_pressure_work(self) -> float:
         """Work done since the start by prescribed pore pressures, J."""
-        return sum(memory.pumped for memory in self._histories)
+        return sum(memory.pore_pressure_work for memory in self._histories)
 
     @property
-    def worked(self) -> float | None:
+    def internal_work(self) -> float | None:
         """Work of the internal forces since the start, J; None if some internal energy does not count it."""
-        each = [own.worked for own in self._histories if own.worked is not None]
+        each = [own.internal_work for own in self._histories if own.internal_work is not None]
         return float(sum(each)) if len(each) == len(self.each) else None
 
     @property

@@ -38,7 +38,7 @@ class RodHistory(EnergyHistory):
     E: Floats
     H: Floats
     N: Floats
-    worked: float = 0.0
+    internal_work: float = 0.0
     lost: float = 0.0
 
     @classmethod
@@ -50,7 +50,7 @@ class RodHistory(EnergyHistory):
     def over(self, h: float) -> Energy:
         """Return the energy of the next step of h seconds; its minimum is the state at the end of the step."""
         held, stiffness = self._past_forces_and_stiffnesses(h)
-        other = _static_rod_energy(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
+        other = _static_rod_energy(self.energy).with_stiffness_and_offset(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
@@ -62,14 +62,14 @@ class RodHistory(EnergyHistory):
         held: Floats = np.einsum("k,knc->nc", decay, self.H) - grown.sum(axis=0) * C * self.E
         return held, C * (1.0 - self.g.sum(axis=0) + grown.sum(axis=0))
 
-    def accepted(self, x: Floats, h: float) -> RodHistory:
+    def history_after_step(self, x: Floats, h: float) -> RodHistory:
         """Return the history after a step of h seconds that ends in state x."""
         E, C, (decay, mean, _) = self._element_strains(x), self._C, decay_factors(h, self.tau)
         way = E - self.E
         H = decay[:, None, None] * self.H + (self.g * mean[:, None])[:, None] * (C * way)
         N = (1.0 - self.g.sum(axis=0)) * C * E + H.sum(axis=0)
-        worked = self.worked + float(self._element_lengths @ (0.5 * (self.N + N) * way).sum(axis=1))
-        return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._step_dissipation(way, h))
+        worked = self.internal_work + float(self._element_lengths @ (0.5 * (self.N + N) * way).sum(axis=1))
+        return replace(self, E=E, H=H, N=N, internal_work=worked, lost=self.lost + self._step_dissipation(way, h))
 
     def _step_dissipation(self, way: Floats, h: float) -> float:
         """Return the dissipation of a step of h seconds in which strains change by `way` (n, 6), J.

@@ -94,11 +94,11 @@ class DisplacementHistory:
             F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
             if hoop is not None:
                 F[..., 2, 2] = 1.0 + interpolate(hoop, u[cells][:, :, 0])
-            S = self.second(F.reshape(-1, 3, 3))
+            S = self.conjugate_stress(F.reshape(-1, 3, 3))
             found, before = found + weight * (S - before), S
         return found
 
-    def second(self, F: Floats) -> Floats:
+    def conjugate_stress(self, F: Floats) -> Floats:
         """Return the relaxing stress (n, 3, 3), Pa, at F (n, 3, 3), conjugate to the strain measure."""
         P = self.part(F)
         if self.measure == "small":
@@ -111,16 +111,16 @@ class DisplacementHistory:
         found: Floats = size * (np.linalg.inv(F) @ P)
         return found
 
-    def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
+    def relaxed_stress_with_error(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
         """Return P (n, 3, 3), Pa, of the `whole` law after relaxation of its viscous part, and its error, Pa.
 
         `held` (n, 3, 3), Pa, is the stress that remains from the history.
         """
         (P, error), (part, more), g = stress_with_error(whole, F), stress_with_error(self.part, F), float(self.g.sum())
-        found: Floats = P - g * part + self.pulled(F, held)
+        found: Floats = P - g * part + self.first_piola_stress(F, held)
         return found, error + g * more
 
-    def pulled(self, F: Floats, held: Floats) -> Floats:
+    def first_piola_stress(self, F: Floats, held: Floats) -> Floats:
         """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, of a stress `held` conjugate to the strain measure."""
         if self.measure == "small":
             return held
@@ -150,7 +150,7 @@ class ViscoelasticBody(CheckedBody):
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """Return P (n, 3, 3), Pa, at the points of some cells, and the error of its entries, Pa."""
-        return self.course.relaxed(
+        return self.course.relaxed_stress_with_error(
             term.stress, F, self.course.remaining_stress(self.points, cells, self.kind, term.mean)
         )
 
@@ -185,4 +185,4 @@ class RelaxedStress:
 
     def with_error(self, F: Floats) -> tuple[Floats, Any]:
         """Return P (n, 3, 3) and the error of its entries, Pa."""
-        return self.course.relaxed(self.whole, F, self.held)
+        return self.course.relaxed_stress_with_error(self.whole, F, self.held)

@@ -153,7 +153,7 @@ class MixedBody:
         )
         return (slice(at, at + size) for at in range(0, len(self.cells), size))
 
-    def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
+    def _deformation_and_volumes(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
         """Return F (c, q, 3, 3), dN/dX (c, q, a, 3), 1/m, and volumes (c, q), m^3, at the points of the cells `some`.
 
         The fourth result is N_a / r (c, q, a), 1/m, for a body of revolution, and None otherwise.
@@ -170,14 +170,14 @@ class MixedBody:
         return F, dNdX, weights * det * (2.0 * np.pi * r / self.depth), N / r[..., None]
 
     @property
-    def _spread(self) -> Ints:
+    def _pressure_indices(self) -> Ints:
         """Indices (m, b) of the pressures of each cell in the array of all pressures."""
         element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners]
         return np.arange(len(self.cells))[:, None]
 
-    def _shares(self, some: slice) -> Floats:
+    def _pressure_shape_functions(self, some: slice) -> Floats:
         """Return the pressure shape functions at the points of the cells `some`, (c, q, b) or (1, q, b) for all."""
         xi, element = self._rule(some)[0], CELLS[self.kind]
         if element.pressures == "corners":
@@ -192,14 +192,14 @@ class MixedBody:
         the unit of length.
         """
         f, reach, vague = np.zeros_like(self.points), np.zeros(len(self.points)), np.zeros(len(self.points))
-        at = self._spread
+        at = self._pressure_indices
         known = np.zeros(int(at.max()) + 1)
         lacking, V = np.zeros_like(known), np.zeros(len(self.cells))
         if self.pressures is not None:
             known[at] = self.pressures
         most = stiff = 0.0
         for some in self._chunks():
-            F, dNdX, w, ring = self._deformed(some)
+            F, dNdX, w, ring = self._deformation_and_volumes(some)
             split = self._split(some)
             whole = np.size(split.compliance) == 1
             each = np.full(w.shape, split.compliance) if whole else np.reshape(split.compliance, w.shape)
@@ -208,7 +208,7 @@ class MixedBody:
             if self.pressures is None:
                 p = np.broadcast_to(((w * g).sum(axis=1) / (w * each).sum(axis=1))[:, None], w.shape)
             else:
-                N = self._shares(some)
+                N = self._pressure_shape_functions(some)
                 p = solid_forces.interpolate(N, known[at[some]])
                 np.add.at(lacking, at[some], solid_forces.interpolate(N.swapaxes(1, 2), w * (g - each * p)))
             stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
@@ -238,11 +238,11 @@ class MixedBody:
         """Return the split law at the integration points of the cells `some`."""
         return self.split
 
-    def grown(self) -> tuple[float, float]:
+    def largest_volume_changes(self) -> tuple[float, float]:
         """Return the largest relative change of volume of a cell, and that of the whole body."""
         change, V = np.zeros(len(self.cells)), np.zeros(len(self.cells))
         for some in self._chunks():
-            F, _, w, _ = self._deformed(some)
+            F, _, w, _ = self._deformation_and_volumes(some)
             change[some] = (w * self.split.grown(F.reshape(-1, 3, 3)).reshape(w.shape)).sum(axis=1)
             V[some] = w.sum(axis=1)
         return float(np.abs(change / V).max()), float(change.sum() / V.sum())

@@ -77,7 +77,7 @@ class CheckedRod:
         A = 0.5 * Ra @ left_jacobian(0.5 * theta) @ inverse @ Ra.transpose(0, 2, 1)
         return theta, inverse, Ra @ exponential(0.5 * theta), d, A
 
-    def pulled(self, tension: Floats, arms: Floats, slopes: Floats) -> Floats:
+    def tendon_forces(self, tension: Floats, arms: Floats, slopes: Floats) -> Floats:
         """Return the forces, N, and moments, N m, of a tendon on the nodes (n, 6), in space.
 
         The `tension` (e,), N, and the position of the tendon are given at the element centres: `arms` (e, 3), m, and

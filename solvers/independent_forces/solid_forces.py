@@ -280,13 +280,13 @@ class CheckedBody:
         for at in self._chunks(cells):
             some = cells[at]
             for term in self.terms:
-                local, size = self._local(some, term, at)
+                local, size = self._cell_forces_with_errors(some, term, at)
                 for i in range(3):
                     g[:, i] += np.bincount(some.ravel(), local[:, :, i].ravel(), minlength=len(g))
                 reach += np.bincount(some.ravel(), size.ravel(), minlength=len(g))
         return g, float(np.linalg.norm(reach))
 
-    def _local(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
+    def _cell_forces_with_errors(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
         """Return nodal forces of some cells (m, a, 3), N, and their errors by rounding and differences (m, a), N."""
         own = self.points, cells, self.kind, self._rule(at, term.mean)
         dNdX, w, hoop = kinematics(*own, self.depth, term.mean)

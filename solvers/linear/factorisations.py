@@ -350,7 +350,7 @@ def _cholesky_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -
         return None if precision == "double" else _cholesky_factor(K, "double", modes)
     if precision == "single":
         return RefinedFactor(cholesky, K)
-    if cholesky.definite:
+    if cholesky.is_positive_definite:
         return CholeskyFactor(cholesky)
     return SignedFactor(cholesky, K) if _does_refinement_converge(cholesky, K) else None
 

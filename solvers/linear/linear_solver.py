@@ -108,7 +108,7 @@ class Systems:
             return SinglePrecisionFactor(found)  # a float32 matrix gives no residual accurate enough to refine
         return CountedFactor(self, found) if found.tolerance else found
 
-    def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
+    def next_linear_tolerance(self, residual: float, before: float, last: float, tolerance: float) -> float:
         """Return the relative residual to which the next linear system should be solved.
 
         It is 0.9 (residual / before)^2, with Newton's residual now (`residual`) and one step earlier (`before`). It is

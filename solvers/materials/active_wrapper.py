@@ -40,13 +40,13 @@ class ActiveMaterial(Anisotropic):
         return self.law if made is None else made()
 
     @property
-    def much(self) -> Any:
+    def activation_value(self) -> Any:
         """Value of the activation: a number, a function of position, or an array of one value per point."""
         return getattr(self, self.does)
 
     def part(self, share: float) -> Any:
         """Return the material with the fraction `share` of its activation."""
-        return self._with(**{self.does: self.much * share})
+        return self._with(**{self.does: self.activation_value * share})
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
         raise TypeError("a wrapped law has no isochoric-volumetric split of its own")
@@ -94,22 +94,22 @@ class ActiveMaterial(Anisotropic):
     @property
     def uniform(self) -> bool:
         """True if directions and constants are the same everywhere."""
-        return bool(self.law.uniform) and not self._places
+        return bool(self.law.uniform) and not self._has_position_function
 
     @property
     def turning(self) -> bool:
         """True if the directions are functions of position."""
-        return getattr(self.law, "turning", False) or self._places
+        return getattr(self.law, "turning", False) or self._has_position_function
 
     @property
-    def _places(self) -> bool:
+    def _has_position_function(self) -> bool:
         """True if the direction `own` or the activation is a function of position."""
-        return depends_on_position(self.own) or hasattr(self.much, "values")
+        return depends_on_position(self.own) or hasattr(self.activation_value, "values")
 
     @property
     def sampled(self) -> bool:
         """True if constants or directions are arrays, one value per integration point."""
-        own = getattr(self.own, "sampled", False) or hasattr(self.much, "shape")
+        own = getattr(self.own, "sampled", False) or hasattr(self.activation_value, "shape")
         return bool(self.law.sampled) or bool(own)
 
     def placed(self, X: Array, read: Any = None) -> Any:
@@ -121,8 +121,8 @@ class ActiveMaterial(Anisotropic):
         new: dict[str, Any] = {"law": law}
         if depends_on_position(self.own):
             new["own"] = directions_at(self.own, None, X, read)
-        if hasattr(self.much, "values"):
-            new[self.does] = constant_at(self.much, X, read)
+        if hasattr(self.activation_value, "values"):
+            new[self.does] = constant_at(self.activation_value, X, read)
         return self._with(**new)
 
     @property

@@ -78,7 +78,7 @@ class Anisotropic(BatchedLaw):
 
     def _psi(self, f: Array) -> Array:
         j = volume_change(displacement_gradient(f))
-        psi = self._shape_psi(f, self.frame.axes(f.dtype)) + 0.5 * self._resisting * j * j
+        psi = self._shape_psi(f, self.frame.axes(f.dtype)) + 0.5 * self._volume_term_modulus * j * j
         return np.where((j > -1.0) & ~np.isnan(psi), psi, np.inf)
 
     def _P(self, f: Array) -> Array:
@@ -219,7 +219,7 @@ class Anisotropic(BatchedLaw):
         return self.bulk_modulus - self.local_bulk
 
     @property
-    def _resisting(self) -> float:
+    def _volume_term_modulus(self) -> float:
         return 0.0 if self.bulk is None else self.bulk
 
 

@@ -55,7 +55,7 @@ class FiberLaw:
     k2: float
     onset: float | None = None
 
-    def terms(self, E: Array) -> tuple[Array, Array, Array]:
+    def energy_and_derivatives(self, E: Array) -> tuple[Array, Array, Array]:
         """Return psi, dpsi/dE and d2psi/dE2 (m,), Pa."""
         psi, slope, curvature = self._energy_with_derivatives(E)
         if (onset := self.onset) is None:
@@ -87,12 +87,12 @@ class FiberReinforced(Anisotropic):
         """Fibre families: the direction (components along f and s) and the law of each."""
 
     @property
-    def coupled(self) -> FiberLaw | None:
+    def shear_coupling_law(self) -> FiberLaw | None:
         """Law of the shear I8 = F f . F s between fibres and sheets; None if there is none."""
         return None
 
     @abstractmethod
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+    def _matrix_energy_derivatives(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
         """Return the energy w of the matrix and its derivatives, from `stretch` = I1 - 3 (m,).
 
         They are w without the term -m ln J, J/m^3; 2 dw/dI1, Pa; and 4 d2w/dI1^2, Pa, or None if zero.
@@ -112,7 +112,7 @@ class FiberReinforced(Anisotropic):
         on polyconvex free energy functions".
         """
         slack = all(strand.onset is not None or strand.k1 == 0.0 for _, strand in self.families)
-        return slack and (self.coupled is None or self.coupled.k1 == 0.0)
+        return slack and (self.shear_coupling_law is None or self.shear_coupling_law.k1 == 0.0)
 
     @property
     def shear_modulus(self) -> float:
@@ -130,31 +130,31 @@ class FiberReinforced(Anisotropic):
             found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * squared_stretch_change(moved, a)))
         return found
 
-    def _shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
+    def _fibre_sheet_shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
         """Return the deformed directions F f and F s (3, m) and their product I8 (m,)."""
         a, b = transform_direction(f, axes[0]), transform_direction(f, axes[1])
         return a, b, np.add.reduce(a * b, axis=0)
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
         stretch, j = invariants(f)
-        psi = self._matrix(stretch)[0] - self.matrix_modulus * np.log1p(np.where(j > -1.0, j, np.nan))
+        psi = self._matrix_energy_derivatives(stretch)[0] - self.matrix_modulus * np.log1p(np.where(j > -1.0, j, np.nan))
         for _, _, strand, E in self._family_strains(f, axes, stretch):
-            psi = psi + strand.terms(E)[0]
-        if self.coupled is not None:
-            psi = psi + self.coupled.terms(self._shear(f, axes)[2])[0]
+            psi = psi + strand.energy_and_derivatives(E)[0]
+        if self.shear_coupling_law is not None:
+            psi = psi + self.shear_coupling_law.energy_and_derivatives(self._fibre_sheet_shear(f, axes)[2])[0]
         return psi
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
         stretch, j = invariants(f)
-        a, k = self._matrix(stretch)[1], self.dispersion
+        a, k = self._matrix_energy_derivatives(stretch)[1], self.dispersion
         P = (-self.matrix_modulus / (1.0 + j)) * cofactor(f)
         for d, moved, strand, E in self._family_strains(f, axes, stretch):
-            slope = strand.terms(E)[1]
+            slope = strand.energy_and_derivatives(E)[1]
             a = a + 2.0 * k * slope
             P += ((2.0 * (1.0 - 3.0 * k)) * slope * moved)[:, None] * d[None]
-        if self.coupled is not None:
-            x, y, I8 = self._shear(f, axes)
-            slope = self.coupled.terms(I8)[1]
+        if self.shear_coupling_law is not None:
+            x, y, I8 = self._fibre_sheet_shear(f, axes)
+            slope = self.shear_coupling_law.energy_and_derivatives(I8)[1]
             P += (slope * y)[:, None] * axes[0][None] + (slope * x)[:, None] * axes[1][None]
         P += a * f
         return P
@@ -166,7 +166,7 @@ class FiberReinforced(Anisotropic):
         """
         stretch, j = invariants(f)
         C, rows, k = cofactor(f).reshape(9, -1), f.reshape(9, -1), self.dispersion
-        _, a, c = self._matrix(stretch)
+        _, a, c = self._matrix_energy_derivatives(stretch)
         H[...] = 0.0
         over = self.matrix_modulus / (1.0 + j)
         add_outer(H, (over / (1.0 + j)) * C, C)
@@ -175,15 +175,15 @@ class FiberReinforced(Anisotropic):
             add_outer(H, c * rows, rows)
         M: Array = np.zeros((3, 3, f.shape[2]), dtype=f.dtype)
         for d, moved, strand, E in self._family_strains(f, axes, stretch):
-            _, slope, curvature = strand.terms(E)
+            _, slope, curvature = strand.energy_and_derivatives(E)
             a = a + 2.0 * k * slope
             M += ((2.0 * (1.0 - 3.0 * k)) * slope) * (d[:, None] * d[None])
             G = (2.0 * (1.0 - 3.0 * k)) * dyad(moved, d)
             G = G + (2.0 * k) * rows if k else G
             add_outer(H, curvature * G, G)
-        if self.coupled is not None:
-            x, y, I8 = self._shear(f, axes)
-            _, slope, curvature = self.coupled.terms(I8)
+        if self.shear_coupling_law is not None:
+            x, y, I8 = self._fibre_sheet_shear(f, axes)
+            _, slope, curvature = self.shear_coupling_law.energy_and_derivatives(I8)
             both = axes[0][:, None] * axes[1][None]
             M += slope * (both + both.swapaxes(0, 1))
             G = dyad(y, axes[0]) + dyad(x, axes[1])

@@ -68,7 +68,7 @@ class ExponentialStrainLaw(Anisotropic):
         )
         return found
 
-    def _slope(self, e: list[Array], axes: Array) -> Array:
+    def _half_form_derivative(self, e: list[Array], axes: Array) -> Array:
         """Return T = dQ/dE / 2 (3, 3, m)."""
         rows: list[list[Array | float]] = [[0.0] * 3 for _ in range(3)]
         for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True):
@@ -93,7 +93,7 @@ class ExponentialStrainLaw(Anisotropic):
             E[a, b] = E[b, a] = x
         J = 1.0 + volume_change(displacement_gradient(f))
         inverse = cofactor(add_diagonal(2.0 * E, 1.0)) / (J * J)
-        K = (self._resisting + bulk) * J * J / c
+        K = (self._volume_term_modulus + bulk) * J * J / c
         found = np.empty((len(directions), *f.shape), dtype=f.dtype)
         for n, W in zip(directions, found, strict=True):
             v = transform_direction(T, n)
@@ -134,12 +134,12 @@ class ExponentialStrainLaw(Anisotropic):
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
         e = self._strains(f, axes)
-        return product(f, (self.stiffness * np.exp(self._quadratic_form(e))) * self._slope(e, axes))
+        return product(f, (self.stiffness * np.exp(self._quadratic_form(e))) * self._half_form_derivative(e, axes))
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
         """Write delta_ik S_JL + c (2 (F T) (x) (F T) + sum b_ab G_ab (x) G_ab), c = C exp Q, G_ab = sym(F a (x) b)."""
         e = self._strains(f, axes)
-        c, T = self.stiffness * np.exp(self._quadratic_form(e)), self._slope(e, axes)
+        c, T = self.stiffness * np.exp(self._quadratic_form(e)), self._half_form_derivative(e, axes)
         H[...] = 0.0
         add_geometric_stiffness(H, c * T)
         through = product(f, T).reshape(9, -1)

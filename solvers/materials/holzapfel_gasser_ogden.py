@@ -61,5 +61,5 @@ class HolzapfelGasserOgden(FiberReinforced):
         """Matrix modulus c, Pa."""
         return self.c
 
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+    def _matrix_energy_derivatives(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
         return 0.5 * self.c * stretch, self.c, None

@@ -53,7 +53,7 @@ class HolzapfelOgden(FiberReinforced):
         )
 
     @property
-    def coupled(self) -> FiberLaw | None:
+    def shear_coupling_law(self) -> FiberLaw | None:
         """Law of fibre-sheet shear, for either sign."""
         return FiberLaw(self.a_fs, self.b_fs)
 
@@ -62,6 +62,6 @@ class HolzapfelOgden(FiberReinforced):
         """Matrix modulus a, Pa."""
         return self.a
 
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+    def _matrix_energy_derivatives(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
         grown = np.exp(self.b * stretch)
         return 0.5 * self.a / self.b * np.expm1(self.b * stretch), self.a * grown, 2.0 * self.a * self.b * grown

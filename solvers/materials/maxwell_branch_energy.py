@@ -39,7 +39,7 @@ class FirstInvariantBranch:
     energy: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     even: bool  # constant slope
-    keeps = True
+    is_isochoric = True
 
     def stress(self, C: Array) -> Array:
         """Return the instantaneous stress S(0) (n, 3, 3), Pa, at C (n, 3, 3)."""
@@ -48,7 +48,7 @@ class FirstInvariantBranch:
         found: Array = y * (np.eye(3) - (i[:, None, None] / 3.0 + 1.0) * np.linalg.inv(C))
         return found
 
-    def resting(self, q: Array) -> Array:
+    def rest_strain(self, q: Array) -> Array:
         """Return the strain C' (n, 3, 3) in which a branch with lost stress q (n, 3, 3), Pa, is at rest."""
         values, axes = np.linalg.eigh(q)
         y = self.slope(np.zeros(len(q))) if self.even else self._rest_slopes(values)
@@ -86,17 +86,17 @@ class FirstInvariantBranch:
 
     def stored(self, C: Array, q: Array) -> Array:
         """Return the stored energy per unit share (n,), J/m^3, for C (n, 3, 3) and lost stress q (n, 3, 3), Pa."""
-        rest = self.resting(q)
+        rest = self.rest_strain(q)
         i, j = (np.einsum("nii->n", A) - 3.0 for A in (C, rest))
         found: Array = self.energy(i) - self.energy(j) - 0.5 * np.einsum("nij,nij->n", q, C - rest)
         return np.maximum(found, 0.0)  # negative only by rounding
 
-    def rate(self, C: Array, q: Array) -> Array:
+    def dissipation_times_tau(self, C: Array, q: Array) -> Array:
         """Return the dissipated power of a branch times tau, divided by its share (n,), J/m^3.
 
         It is (C - C') : (S(0)(C) - q)/2 >= 0, with C' the strain at rest under the lost stress q (n, 3, 3), Pa.
         """
-        found: Array = 0.5 * np.einsum("nij,nij->n", C - self.resting(q), self.stress(C) - q)
+        found: Array = 0.5 * np.einsum("nij,nij->n", C - self.rest_strain(q), self.stress(C) - q)
         return np.maximum(found, 0.0)  # negative only by rounding
 
 
@@ -111,7 +111,7 @@ class IsotropicBranch:
 
     law: Law
     mu: float
-    keeps: bool
+    is_isochoric: bool
 
     def stored(self, C: Array, q: Array) -> Array:
         """Return the stored energy per unit share (n,), J/m^3, for C (n, 3, 3) and lost stress q (n, 3, 3), Pa."""
@@ -120,7 +120,7 @@ class IsotropicBranch:
         found: Array = own - 0.5 * np.einsum("nij,nij->n", q, C - rest)
         return found
 
-    def rate(self, C: Array, q: Array) -> Array:
+    def dissipation_times_tau(self, C: Array, q: Array) -> Array:
         """Return the dissipated power of a branch times tau, divided by its share (n,), J/m^3.
 
         It is (C - C') : (S(0)(C) - q)/2, with C' the strain at rest under the lost stress q (n, 3, 3), Pa.
@@ -142,7 +142,7 @@ class IsotropicBranch:
 
     def _log_eigenvalues(self, q: Array) -> Array:
         """Return logarithms of the eigenvalues of C' (n, 3), the strain at rest, from those of q (n, 3), Pa."""
-        ways = np.array(ACROSS if self.keeps else (*ACROSS, ALL))
+        ways = np.array(ACROSS if self.is_isochoric else (*ACROSS, ALL))
         e, found = np.zeros_like(q), np.zeros(len(q), dtype=bool)
         for _ in range(STEPS):
             slope = self._potential_derivative(e, q)
@@ -164,7 +164,7 @@ class IsotropicBranch:
         c = np.exp(e)
         P = self.law.P(_diagonal_matrices(np.sqrt(c)))
         found: Array = 0.5 * (np.sqrt(c) * np.einsum("nii->ni", P) - q * c)
-        return found - found.mean(axis=1, keepdims=True) if self.keeps else found
+        return found - found.mean(axis=1, keepdims=True) if self.is_isochoric else found
 
 
 # Newton's method of `IsotropicBranch`: iterations, slope, side steps, curvature, step

@@ -37,7 +37,7 @@ class Plate(Isotropic):
     thin = True
 
     @classmethod
-    def made(cls, of: Isotropic) -> Isotropic:
+    def from_material(cls, of: Isotropic) -> Isotropic:
         """Return the plate of a material.
 
         A material with fibres is returned unchanged, because plates of such materials are refused (E365).

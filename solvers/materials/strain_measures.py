@@ -33,7 +33,7 @@ class StrainMeasure(Protocol):
     def stress(self, law: Law, F: Array) -> Array:
         """Return the stress (n, 3, 3), Pa, of an isotropic law, work-conjugate to E; `pulled` converts it to P."""
 
-    def pulled(self, F: Array, H: Array) -> Array:
+    def first_piola_stress(self, F: Array, H: Array) -> Array:
         """Return the first Piola-Kirchhoff stress d(H : E)/dF (n, 3, 3), Pa, of a stress H that is conjugate to E."""
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
@@ -50,7 +50,7 @@ class SmallStrainMeasure:
     def stress(self, law: Law, F: Array) -> Array:
         return law.P(F)
 
-    def pulled(self, F: Array, H: Array) -> Array:
+    def first_piola_stress(self, F: Array, H: Array) -> Array:
         return H
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
@@ -69,7 +69,7 @@ class GreenStrain:
         S: Any = np.linalg.solve(F, law.P(F))
         return _symmetric_part(S)
 
-    def pulled(self, F: Array, H: Array) -> Array:
+    def first_piola_stress(self, F: Array, H: Array) -> Array:
         found: Array = F @ H
         return found
 
@@ -94,7 +94,7 @@ class IsochoricStrain:
         found: Array = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) * GreenStrain().stress(law, F)
         return found
 
-    def pulled(self, F: Array, H: Array) -> Array:
+    def first_piola_stress(self, F: Array, H: Array) -> Array:
         """Return J^(-2/3) (F H - (H : C)/3 F^-T)."""
         a, FH, G, held = self._isochoric_factors(F, H)
         found: Array = a[:, None, None] * (FH - held[:, None, None] / 3.0 * G)
@@ -132,7 +132,7 @@ class BiotStrain:
     def stress(self, law: Law, F: Array) -> Array:
         return _symmetric_part(_transposed(rotations(F)) @ law.P(F))
 
-    def pulled(self, F: Array, H: Array) -> Array:
+    def first_piola_stress(self, F: Array, H: Array) -> Array:
         V, sums = self._stretch_axes_and_sums(F)
         found: Array = 2.0 * F @ (V @ (_transposed(V) @ H @ V / sums) @ _transposed(V))
         return found

@@ -46,5 +46,5 @@ class TransverselyIsotropic(FiberReinforced):
         """Matrix modulus mu, Pa."""
         return self.shear
 
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+    def _matrix_energy_derivatives(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
         return 0.5 * self.shear * stretch, self.shear, None

@@ -73,7 +73,7 @@ class ViscoelasticStepLaw:
 
     def P(self, F: Array) -> Array:
         """Return the first Piola-Kirchhoff stress, Pa (n, 3, 3)."""
-        return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.pulled(F, self._remaining_stress)
+        return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.first_piola_stress(F, self._remaining_stress)
 
     def dPdF(self, F: Array) -> Array:
         """Return dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3), including the contribution of the remaining stress `held`."""
@@ -131,7 +131,7 @@ class PronySeries:
         """Return the strain that is work-conjugate to `stress` (n, 3, 3)."""
         return self.measure.strain(F)
 
-    def relaxed(
+    def make_step_law(
         self, whole: Law, decay: Array, mean: Array, H: Array, S: Array, shape: tuple[int, int]
     ) -> ViscoelasticStepLaw:
         """Return the law of a step from branch stresses H (k, n, 3, 3) and stress S (n, 3, 3), Pa, at its start.

@@ -105,20 +105,20 @@ def adaptive_rule(
     found = grid.integrate(parts)
     totals = CellTotals(found, floor, tolerance)
     for turn in range(ROUNDS + 1):
-        rough = totals.find_rough(parts, found)
+        rough = totals.inaccurate_part_mask(parts, found)
         if turn == ROUNDS:
             rough[:] = False
         room = most - totals.taken - len(parts)
         if rough.sum() > room:
-            rough = _mask_worst_parts(rough, totals.excess(parts, found), room)
+            rough = _mask_worst_parts(rough, totals.error_tolerance_ratio(parts, found), room)
         totals.accept(parts[~rough], found[~rough])
         parts = parts[rough]
         if not len(parts):
             break
         if turn == 0 and element.corners == 4:
-            parts, grid = grid.slices(parts, magnitudes), _CellFunctions(mesh, values, bounds, axes, sliced=True)
+            parts, grid = grid.slice_tetrahedra(parts, magnitudes), _CellFunctions(mesh, values, bounds, axes, sliced=True)
         else:
-            parts = grid.halved(parts, magnitudes)
+            parts = grid.bisect_by_bounds(parts, magnitudes)
         found = grid.integrate(parts)
         totals.enlarge_cells(parts, found)
     rule = _join_rules([(whole_cells, totals.done[:1]), (grid, totals.done[1:])], count, degree, totals)
@@ -352,12 +352,12 @@ class _CellFunctions:
         """Return tighter lower and upper bounds (g, n) of the functions over parts, from eight pieces of each part."""
         pieces = parts
         for _ in range(CLOSER):
-            pieces = self.bisected(pieces)
+            pieces = self.bisect_longest_edges(pieces)
         low, high = self.bounds(*self.box(pieces))
         each = (len(low), len(parts), 2**CLOSER)
         return low.reshape(each).min(axis=2), high.reshape(each).max(axis=2)
 
-    def bisected(self, parts: Parts) -> Parts:
+    def bisect_longest_edges(self, parts: Parts) -> Parts:
         """Return both halves of each part, one after the other.
 
         A part is cut across the bundle of parallel edges that is longest along the coordinates in `axes`.
@@ -373,7 +373,7 @@ class _CellFunctions:
             halves[some[:, None], 0, b] = halves[some[:, None], 1, a] = middle
         return Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
-    def halved(self, parts: Parts, size: Floats) -> Parts:
+    def bisect_by_bounds(self, parts: Parts, size: Floats) -> Parts:
         """Return both halves of each part, one after the other, cut where bounds of the functions become narrowest.
 
         A part is cut across one of its bundles of parallel edges: the one along which the bounds become narrowest, or
@@ -384,7 +384,7 @@ class _CellFunctions:
         found = [self._bisect_batch_by_bounds(parts[at : at + BATCH], size) for at in range(0, len(parts), BATCH)]
         return Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
 
-    def slices(self, parts: Parts, size: Floats) -> Parts:
+    def slice_tetrahedra(self, parts: Parts, size: Floats) -> Parts:
         """Cut tetrahedra into wedges between parallel planes through their vertices.
 
         Some edges of these wedges have no length. The planes are normal to the coordinate axis along which slabs of the

@@ -78,7 +78,7 @@ class Arc(Swept):
         return self.radius * self.angle
 
     @property
-    def bend(self) -> float:
+    def axis_curvature(self) -> float:
         """Curvature of the axis, 1/m."""
         return 1.0 / self.radius
 
@@ -139,7 +139,7 @@ class Arc(Swept):
         turn = half + past - 2.0 * np.pi * np.rint(past / (2.0 * np.pi))
         return self.radius * turn, self.radius - np.hypot(x, y), v
 
-    def slab(self, first: float, last: float) -> Bounds:
+    def bounds_between(self, first: float, last: float) -> Bounds:
         """Return the exact lowest and highest coordinates of the part between two stations, m.
 
         A point is middle - (radius - u) n(turn) + v b. Along a coordinate axis it is highest where -n is highest,

@@ -67,7 +67,7 @@ def refine_surface(points: Floats, triangles: Ints, sides: Sequence[CurvedSide])
     middles = points[edges].mean(axis=1)
     for side in sides:
         own = np.unique(number[side.of(points[triangles])])
-        middles[own] = np.stack(side.onto(tuple(middles[own].T)), axis=1)
+        middles[own] = np.stack(side.project_points(tuple(middles[own].T)), axis=1)
     a, b, c = triangles.T
     ab, bc, ca = len(points) + number.T
     four = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]

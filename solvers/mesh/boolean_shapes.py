@@ -107,20 +107,20 @@ class Combined(SurfaceBody):
         around = [add_multiples(point, (s * step, e)) for s, e in product((-1.0, 1.0), AXES)]
         return not all(self.other.contains(near) for near in around)
 
-    def fineness(self, size: float | None) -> float:
+    def facet_size(self, size: float | None) -> float:
         """Return the size of the surface's facets, m, for cells of `size` (m); the field `facets` takes precedence."""
         return self.facets or FACETS * (size or USUAL * self.diagonal)
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the surface of the body, with facets suited to cells of `size` (m). Raises UnreadableMesh."""
-        return _combine_closed_surfaces(self, file_stamp(self), self.fineness(size))
+        return _combine_closed_surfaces(self, file_stamp(self), self.facet_size(size))
 
-    def halved(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
+    def coarse_and_fine_surfaces(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
         """Return the surface with facets for cells of `size` (m), and the surface with facets of half that size.
 
         Raises UnreadableMesh.
         """
-        here, now = self.fineness(size), file_stamp(self)
+        here, now = self.facet_size(size), file_stamp(self)
         return _combine_closed_surfaces(self, now, here), _combine_closed_surfaces(self, now, here, 1)
 
     def missed(self, size: float) -> float:
@@ -128,13 +128,13 @@ class Combined(SurfaceBody):
 
         It is estimated from facets of half the size, which miss a fourth of this volume.
         """
-        coarse, fine = self.halved(size)
+        coarse, fine = self.coarse_and_fine_surfaces(size)
         return 4.0 / 3.0 * (fine.volume - coarse.volume)
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
         least = smallest_size(size, graded)
-        return _tetrahedralize(self, file_stamp(self), self.fineness(least), size, self.near(least), graded)
+        return _tetrahedralize(self, file_stamp(self), self.facet_size(least), size, self.surface_tolerance(least), graded)
 
     def surface(self, size: float) -> Surface:
         """Return points (n, 3), m, and triangles (t, 3) of the surface, facing outward. Raises UnreadableMesh."""

@@ -45,7 +45,7 @@ class CylinderSide(CurvedSide):
         found: NDArray[np.bool_] = (np.abs(radii - self.radius) < ON * self.radius).all(axis=1) & ~flat & within
         return found
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected radially from the axis onto the cylinder, m."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
@@ -84,7 +84,7 @@ class ConeSide(CurvedSide):
         found: NDArray[np.bool_] = (np.abs(away - due) < ON * largest).all(axis=1) & within & ~flat
         return found
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected radially from the axis onto the cone, m; the tip stays in place."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
@@ -115,7 +115,7 @@ class EllipsoidSide(CurvedSide):
         found: NDArray[np.bool_] = (np.abs(unit - 1.0) < ON).all(axis=1)
         return found
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected along rays from the centre onto the ellipsoid, m."""
         off = [p - o for p, o in zip(place, self.centre, strict=True)]
         x, y, z = ((p * (1.0 / a)) ** 2 for p, a in zip(off, self.semiaxes, strict=True))
@@ -150,7 +150,7 @@ class TorusSide(CurvedSide):
         found: NDArray[np.bool_] = (np.abs(away - self.inner) < ON * self.inner).all(axis=1) & (apart > 1e-9)
         return found
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected from the circle onto the torus, m.
 
         The points must not lie on the circle or on its axis.

@@ -80,9 +80,9 @@ class DisjointShapes(Shape):
         return None if one is None or other is None else one + other
 
     @property
-    def lacks(self) -> str:
+    def no_hexahedra_reason(self) -> str:
         """Return why one of the shapes has no hexahedral mesh; "" if both have one."""
-        return str(self.one.lacks or self.other.lacks)
+        return str(self.one.no_hexahedra_reason or self.other.no_hexahedra_reason)
 
     @property
     def sides(self) -> tuple[CurvedSide, ...]:

@@ -65,13 +65,13 @@ class EllipsoidalWall:
         return a * np.sin(turn), -b * np.cos(turn)
 
     @property
-    def _sizes(self) -> tuple[float, float]:
+    def _wall_dimensions(self) -> tuple[float, float]:
         """Return the largest thickness of the wall, and an upper bound of the length from tip to rim, m."""
         turn = math.acos(-self.rim / self.outer_along)
         wall = max(self.outer - self.inner, self.outer_along - self.inner_along)
         return wall, turn * max(self.outer, self.outer_along)
 
-    def _between(self, r: float, z: float, slack: float) -> bool:
+    def _wall_contains(self, r: float, z: float, slack: float) -> bool:
         """Return whether the wall contains a point, within `slack`, m.
 
         The point is at distance r, m, from the axis and at the axial position z, m.
@@ -96,9 +96,9 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
     smaller values of `tip`, cells are shorter near the tip and correspondingly longer near the rim.
     """
 
-    def _divided(self, size: float) -> tuple[int, int]:
+    def _uniform_cell_counts(self, size: float) -> tuple[int, int]:
         """Return the numbers of cells of `size` (m) through the wall and along it."""
-        through, along = super()._divided(size)
+        through, along = super()._uniform_cell_counts(size)
         return self.layers or through, along
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
@@ -120,7 +120,7 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
     @property
     def sizes(self) -> tuple[float, float]:
         """Largest thickness of the wall, and an upper bound of the length from tip to rim, m."""
-        return self._sizes
+        return self._wall_dimensions
 
     @property
     def ends(self) -> tuple[Place, Place]:
@@ -129,7 +129,7 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
 
     def within(self, x: float, y: float, slack: float) -> bool:
         """Return whether a point lies between the ellipses and below the rim, within `slack` (m)."""
-        return x >= -slack and self._between(x, y, slack)
+        return x >= -slack and self._wall_contains(x, y, slack)
 
     @property
     def sides(self) -> tuple[CurvedSide, ...]:
@@ -180,7 +180,7 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         off = [p - o for p, o in zip(point, self.origin, strict=True)]
         z = float(dot(off, self.axis))
         r = math.dist(off, add_multiples((0.0, 0.0, 0.0), (z, self.axis)))
-        return self._between(r, z, NEAR * self.diagonal)
+        return self._wall_contains(r, z, NEAR * self.diagonal)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Return the numbers of cells of a mesh with cells of `size` (m) along its three directions.
@@ -189,7 +189,7 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         """
         from softmark.solvers.mesh.cell_counts import count_disc_cells, count_divisions
 
-        wall, way = self._sizes
+        wall, way = self._wall_dimensions
         return *count_disc_cells(way, size), self.layers or count_divisions(wall, size)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
@@ -198,7 +198,7 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion
 
-        wall, way = self._sizes
+        wall, way = self._wall_dimensions
         flat = mesh_extrusion(mesh_disc(way, size), wall, wall / self.layers if self.layers else size, kind)
         flat = curve_sides(flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # the rim becomes flat
         u, v, s = flat.points.T
@@ -240,7 +240,7 @@ class SpheroidSide(CurvedSide):
         found: NDArray[np.bool_] = (np.abs(np.hypot(r / self.across, z / self.along) - 1.0) < ON).all(axis=1)
         return found
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected along rays from the centre onto the ellipsoid, m."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         z = dot(off, self.axis)

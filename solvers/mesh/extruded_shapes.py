@@ -104,7 +104,7 @@ class Extruded(Shape):
         return 2.0 * abs(polygons.signed_area(self.corners)) + around * self.height
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded.
 
         These are the coordinate along the body and, if the section's sides are parallel to the axes, those across it.
@@ -112,7 +112,7 @@ class Extruded(Shape):
         return ("x", "y", "z") if polygons.is_axis_parallel(self.corners) else (self.along,)
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of the body's coordinates x, y and z, m."""
         low, high = self.bounds
         return dict(zip("xyz", zip(low, high, strict=True), strict=True))

@@ -70,7 +70,7 @@ class Member(Prism):
         return self.ends[0] if not self.tapered else interpolate_sections(*self.ends, t)
 
     @property
-    def slope(self) -> float:
+    def taper_slope(self) -> float:
         """Change of half of a section extent per length of the axis, the larger of both; dimensionless."""
         apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
         return float(0.5 * max(apart) / self.length)
@@ -95,7 +95,7 @@ class Member(Prism):
         """Return the unit vectors of all sections: along the axis, normal to `up`, and along `up`."""
         return self._member_frame
 
-    def slab(self, first: float, last: float) -> Bounds:
+    def bounds_between(self, first: float, last: float) -> Bounds:
         """Return the lowest and highest coordinates of the part between two stations, m.
 
         They are attained in one of the two end sections of the part.
@@ -305,7 +305,7 @@ class Network(Shape):
         one, two = self.members[number], self.members[other]
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
 
-    def crossing(self) -> tuple[int, int] | None:
+    def find_crossing_members(self) -> tuple[int, int] | None:
         """Return the first two members (counted from 1) whose axes cross or overlap; None if there are none.
 
         Members that meet only at a point of the frame that belongs to both do not count.

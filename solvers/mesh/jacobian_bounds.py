@@ -32,7 +32,7 @@ def _bernstein_lattice(kind: str) -> tuple[Floats, Floats, Floats]:
     element = element_of(kind)
     n, at = element.warp, element.lattice(element.warp)
     coefficients = np.asarray(np.linalg.inv(element.bernstein(n, at)), dtype=np.float64)
-    within: Floats = np.stack([element.bernstein(n, part) @ coefficients for part in element.eighths(n)])
+    within: Floats = np.stack([element.bernstein(n, part) @ coefficients for part in element.child_lattices(n)])
     return at, coefficients, within
 
 
@@ -57,7 +57,7 @@ def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
         np.logical_or.at(bad, cell, values.min(axis=1) <= 0.0)
     bad[cell] = True
     found = np.flatnonzero(bad)
-    fine = np.concatenate([at, *mesh.element.eighths(mesh.element.warp)])
+    fine = np.concatenate([at, *mesh.element.child_lattices(mesh.element.warp)])
     lowest = jacobians(Mesh(mesh.points, mesh.cells[found], mesh.kind), fine).argmin(axis=1)
     return found, fine[lowest]
 

@@ -28,7 +28,7 @@ class QualityTooLow(Exception):
 def cell_qualities(mesh: Mesh) -> Floats:
     """Return the mean-ratio quality of every cell (m,): 1 at best, 0 or below if a cell is flat or inverted."""
     element = mesh.element
-    found = element.ratio(mesh.points[mesh.cells[:, : element.corners]])
+    found = element.mean_ratio_quality(mesh.points[mesh.cells[:, : element.corners]])
     if not element.warps:
         return found
     folded = (jacobians(mesh, element.quadrature()[0]) <= 0.0).any(axis=1)

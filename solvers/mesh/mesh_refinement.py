@@ -38,7 +38,7 @@ class FinerSpace:
     mesh: Mesh
     P: sparse.csr_matrix
 
-    def displaced(self, u: Floats) -> Floats:
+    def interpolate_displacements(self, u: Floats) -> Floats:
         """Return the displacements of the fine nodes (n, 3) from those of the coarse nodes u (c, 3), m."""
         moved: Floats = self.P @ u
         return moved
@@ -75,7 +75,7 @@ def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
 def estimate_memory(mesh: Mesh) -> float:
     """Return the approximate peak memory for forces and stiffness on the finer mesh, bytes."""
     own, new = mesh.element, element_of(mesh.element.finer)
-    cells = len(mesh.cells) * (len(own.children()) if own is new else 1)
+    cells = len(mesh.cells) * (len(own.child_corners()) if own is new else 1)
     return HELD * cells * (3.0 * new.nodes) ** 2
 
 
@@ -131,7 +131,7 @@ def _refinement_pattern(own: type[Element], new: type[Element]) -> tuple[Floats,
     if own is not new:
         return new.places(), np.arange(new.nodes)[None]
     corners = element_of(own.linear).shape(own.places())
-    children = np.einsum("ac,pci->pai", corners, own.children())  # (8, a, 3)
+    children = np.einsum("ac,pci->pai", corners, own.child_corners())  # (8, a, 3)
     lattice, number = np.unique(children.reshape(-1, 3), axis=0, return_inverse=True)
     return lattice, number.reshape(children.shape[:2])
 
@@ -148,7 +148,7 @@ def _project_onto_side(
     facet, facets = mesh.element.facet, mesh.facets[side.of(mesh.points[mesh.facets])]
     N = facet.shape(places)
     there = np.einsum("sa,fai->sfi", N, mesh.points[facets])
-    moved = np.stack(side.onto(tuple(np.moveaxis(there, 2, 0))), axis=2).swapaxes(0, 1).reshape(-1, 3)
+    moved = np.stack(side.project_points(tuple(np.moveaxis(there, 2, 0))), axis=2).swapaxes(0, 1).reshape(-1, 3)
     numbers = np.searchsorted(keys, _new_node_keys(N, whole, labels[facets]))
     away = np.linalg.norm(moved - points[numbers], axis=1) > 1e-12 * mesh.extent
     points[numbers[away]] = moved[away]

@@ -73,9 +73,9 @@ class FileSlice(Shape):
 
     def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return the file's cells as an element; size and cuts are ignored. Raises UnreadableMesh, UnknownElement."""
-        return replace(self.named(kind), groups=None)
+        return replace(self.mesh_with_groups(kind), groups=None)
 
-    def named(self, kind: str | None = None) -> Mesh:
+    def mesh_with_groups(self, kind: str | None = None) -> Mesh:
         """Return the mesh with its named groups, as the element `kind`, or by default with the file's own cells.
 
         Raises the errors of `mesh`.

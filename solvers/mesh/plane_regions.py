@@ -80,12 +80,12 @@ class PlaneRegion(Shape):
         return abs(point[2]) <= 0.5 * self.depth + slack and self.within(point[0], point[1], slack)
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of the coordinates s and t along which meshes can be cut."""
         return {"s": (0.0, 1.0), self.across: (0.0, 1.0)}
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded: those between opposite sides."""
         return ("s", self.across)
 
@@ -98,13 +98,13 @@ class PlaneRegion(Shape):
         """Return the slice of the region with the thickness `depth` (m)."""
         return Slice(self, depth)
 
-    def _divided(self, size: float) -> tuple[int, int]:
+    def _uniform_cell_counts(self, size: float) -> tuple[int, int]:
         """Return the numbers of equal cells of `size` (m) along s and along t."""
         return count_divisions(self.sizes[0], size), count_divisions(self.sizes[1], size)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Return the numbers of cells along s and along t of a mesh with cells of `size` (m)."""
-        each = zip(("s", self.across), self._divided(size), strict=True)
+        each = zip(("s", self.across), self._uniform_cell_counts(size), strict=True)
         return tuple(count_cells(0.0, 1.0, n, cuts_along(cuts, axis)) for axis, n in each)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
@@ -117,7 +117,7 @@ class PlaneRegion(Shape):
         from softmark.solvers.mesh.structured_meshes import grid, mesh_extrusion
 
         lines = (cuts_along(cuts, "s"), cuts_along(cuts, self.across))
-        made = mesh_extrusion(grid(*self._divided(size), *lines), 1.0, 1.0, solid_element_name(kind))
+        made = mesh_extrusion(grid(*self._uniform_cell_counts(size), *lines), 1.0, 1.0, solid_element_name(kind))
         s, t, z = made.points.T
         points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
         for k, ends in enumerate(made.element.between):
@@ -168,9 +168,9 @@ class Slice(PlaneRegion):
         """Return the region's point, m, at given values of its two coordinates, passed by their names."""
         return self.region.place(**at)
 
-    def _divided(self, size: float) -> tuple[int, int]:
+    def _uniform_cell_counts(self, size: float) -> tuple[int, int]:
         """Return the region's numbers of cells of `size` (m) along s and along t."""
-        return self.region._divided(size)
+        return self.region._uniform_cell_counts(size)
 
     @property
     def area(self) -> float:
@@ -355,7 +355,7 @@ class EllipticCylinderSide(CurvedSide):
         found: NDArray[np.bool_] = np.asarray((np.abs(unit - 1.0) < ON).all(axis=1))
         return found
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected along rays from the axis onto the cylinder, m."""
         x, y, z = place
         out = ((x * (1.0 / self.a)) ** 2 + (y * (1.0 / self.b)) ** 2) ** -0.5

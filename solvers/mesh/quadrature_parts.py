@@ -81,7 +81,7 @@ class CellTotals:
         """
         self.size = np.maximum(self.size, self._sum_parts(parts, found.magnitude))
 
-    def find_rough(self, parts: Parts, found: Integrals) -> Bools:
+    def inaccurate_part_mask(self, parts: Parts, found: Integrals) -> Bools:
         """Return a mask (n,) of the parts that must be halved because their error or hidden integral is too large."""
         share = self._cell_tolerances(parts)
         part = found.volume / self.volumes[parts.cell]
@@ -92,7 +92,7 @@ class CellTotals:
         rough: Bools = (inexact | (found.hidden > share) | much).any(axis=0)
         return rough
 
-    def excess(self, parts: Parts, found: Integrals) -> Floats:
+    def error_tolerance_ratio(self, parts: Parts, found: Integrals) -> Floats:
         """Return the error plus hidden integral of each part, divided by the tolerance of the part, shape (n,)."""
         worst: Floats = ((found.error + found.hidden) / self._cell_tolerances(parts)).max(axis=0)
         return worst

@@ -58,7 +58,7 @@ class Revolution(Shape):
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     @property
-    def widest(self) -> float:
+    def largest_radius(self) -> float:
         """Largest radius, m."""
         return max(r for r, _ in self.outline)
 
@@ -84,9 +84,9 @@ class Revolution(Shape):
         return polygons.contains_point(self.outline, math.hypot(*across), z, polygons.SAME * self.diagonal)
 
     @property
-    def slanted(self) -> tuple[tuple[ConeSide, bool], ...]:
+    def oriented_curved_sides(self) -> tuple[tuple[ConeSide, bool], ...]:
         """Curved sides, each with a flag that is True if the side faces away from the axis."""
-        found, least = [], ON_AXIS * self.widest
+        found, least = [], ON_AXIS * self.largest_radius
         for (a, b), (c, d) in polygons.edges(self.outline):
             if abs(d - b) <= least or max(a, c) <= least:
                 continue
@@ -97,12 +97,12 @@ class Revolution(Shape):
     @property
     def sides(self) -> tuple[ConeSide, ...]:
         """Curved sides."""
-        return tuple(side for side, _ in self.slanted)
+        return tuple(side for side, _ in self.oriented_curved_sides)
 
     @property
     def rings(self) -> tuple[Ring, ...]:
         """Flat parts of the surface, normal to the axis: discs and annuli."""
-        sides, least = polygons.edges(self.outline), ON_AXIS * self.widest
+        sides, least = polygons.edges(self.outline), ON_AXIS * self.largest_radius
         return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, d) in sides if abs(d - b) <= least)
 
     @property
@@ -140,7 +140,7 @@ class Revolved(Revolution):
     @property
     def convex(self) -> bool:
         """True if the body is solid and its section convex."""
-        return not self.fault and len(self.on_axis) > 1 and polygons.is_convex(self.outline)
+        return not self.fault and len(self.axis_corner_indices) > 1 and polygons.is_convex(self.outline)
 
     @property
     def outline(self) -> Corners:
@@ -148,19 +148,19 @@ class Revolved(Revolution):
         return polygons.orient_counterclockwise(self.corners) if self.corners else ((0.0, 0.0),)
 
     @property
-    def on_axis(self) -> tuple[int, ...]:
+    def axis_corner_indices(self) -> tuple[int, ...]:
         """Indices of the corners on the axis."""
         return _corners_on_axis(self.outline)
 
     @property
-    def cored(self) -> bool:
+    def has_core(self) -> bool:
         """True if the section meets the axis in one segment with flat ends, so that the mesh has a core."""
         return _has_core(self.outline)
 
     @property
-    def lacks(self) -> str:
+    def no_hexahedra_reason(self) -> str:
         """Return why the body has no hexahedral mesh; "" if it has one."""
-        return "" if not self.on_axis or self.cored else HEXAHEDRA
+        return "" if not self.axis_corner_indices or self.has_core else HEXAHEDRA
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Return the numbers of cells for a cell `size` (m): across the section's width and height, and around."""
@@ -177,7 +177,7 @@ class Revolved(Revolution):
         from softmark.solvers.mesh.shape import place_mesh
         from softmark.solvers.mesh.structured_meshes import curve_sides
 
-        made = sweep_polygon(self.outline, self.counts(size)[-1], size, kind, bool(self.on_axis), self.cored)
+        made = sweep_polygon(self.outline, self.counts(size)[-1], size, kind, bool(self.axis_corner_indices), self.has_core)
         return curve_sides(place_mesh(made, self.axis, self.origin), self.sides)
 
 
@@ -262,12 +262,12 @@ class Cone(Revolution):
         return max(self.radius, self.end) / 2.5
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded: only the axis."""
         return ("along",)
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of the cone's coordinates: fraction of the radius, angle around the axis, axial position in m."""
         return {"share": (0.0, 1.0), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 

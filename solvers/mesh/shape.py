@@ -125,7 +125,7 @@ class Section:
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     @property
-    def hollow(self) -> float | None:
+    def hole_radius(self) -> float | None:
         """Radius of the section's hole, m; None without a hole."""
         return None
 
@@ -183,7 +183,7 @@ class CurvedSide:
         """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the side; a mask (f,)."""
         raise NotImplementedError(f"{type(self).__name__} knows no facets")
 
-    def onto(self, place: Any) -> Any:
+    def project_points(self, place: Any) -> Any:
         """Return points projected onto the side, m, as x, y and z: numbers, arrays or interval bounds.
 
         A selection by the distance of projected points does not depend on how flat the facets are.
@@ -242,12 +242,12 @@ class Shape:
         return None
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded."""
         return ()
 
     @property
-    def lacks(self) -> str:
+    def no_hexahedra_reason(self) -> str:
         """Return why the shape has no hexahedral mesh; "" if it has one, or is read from a file."""
         return ""
 
@@ -257,7 +257,7 @@ class Shape:
         return None
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of the coordinates that belong to the shape, by name; empty if meshes cannot be cut along them."""
         return {}
 
@@ -270,7 +270,7 @@ class Shape:
         """Return the point, m, at given values of the shape's coordinates, those named in `spans`."""
         raise NotImplementedError(f"{type(self).__name__} has no coordinates of its own")
 
-    def chord(self, plane: Plane) -> Cut | None:
+    def cut_at_plane(self, plane: Plane) -> Cut | None:
         """Return the cut across the section in the plane a x + b y + c z + d = 0, given by (a, b, c, d).
 
         Return None if a mesh cannot have nodes on this plane.
@@ -285,7 +285,7 @@ class Shape:
         """Return a mesh of the element `kind`, edges of about `size` (m), nodes on `cuts`. Raises UnknownElement."""
         raise NotImplementedError(f"{type(self).__name__} has no mesh")
 
-    def named(self, kind: str | None = None) -> Mesh:
+    def mesh_with_groups(self, kind: str | None = None) -> Mesh:
         """Return the mesh of a file with its named groups, as the element `kind` or with the file's own cells."""
         raise NotImplementedError(f"{type(self).__name__} reads no file")
 
@@ -344,12 +344,12 @@ class Swept(Shape):
         return self
 
     @property
-    def bend(self) -> float:
+    def axis_curvature(self) -> float:
         """Curvature of the axis, 1/m."""
         return 0.0
 
     @property
-    def slope(self) -> float:
+    def taper_slope(self) -> float:
         """Change of half of the section's widest extent per length of the axis, dimensionless; 0 without taper."""
         return 0.0
 
@@ -365,7 +365,7 @@ class Swept(Shape):
         """Return the unit vectors at a station, right-handed: along the axis, and the two axes of the section."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
-    def slab(self, first: float, last: float) -> Bounds:
+    def bounds_between(self, first: float, last: float) -> Bounds:
         """Return the lowest and highest coordinates of the part between two stations, m."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
@@ -385,7 +385,7 @@ class Swept(Shape):
     @property
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
-        return self.slab(0.0, self.length)
+        return self.bounds_between(0.0, self.length)
 
     @property
     def volume(self) -> float:
@@ -403,7 +403,7 @@ class Swept(Shape):
         slack = 1e-9 * self.length
         s, u, v = self.section_coordinates(point)
         on = -slack <= s <= self.length + slack and math.hypot(u, v) <= slack
-        return on and self.section_at(s).hollow is not None
+        return on and self.section_at(s).hole_radius is not None
 
 
 class Prism(Swept):
@@ -418,7 +418,7 @@ class Prism(Swept):
         """Return the unit vectors of all sections: along the axis, and the two axes of the section."""
         return self.axis, *transverse(self.axis)
 
-    def slab(self, first: float, last: float) -> Bounds:
+    def bounds_between(self, first: float, last: float) -> Bounds:
         """Return the lowest and highest coordinates of the part between two stations, m."""
         ends = zip(self.centre(first), self.centre(last), strict=True)
         x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, _section_reach(self), strict=True))
@@ -462,14 +462,14 @@ class RoundPrism(Prism):
         return self.origin
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded: along the axis, and across a wall."""
-        return ("along",) if self.section.hollow is None else ("radius", "along")
+        return ("along",) if self.section.hole_radius is None else ("radius", "along")
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of radius and axial position, m, and of the angle from the first transverse axis, rad."""
-        inner = self.section.hollow or 0.0
+        inner = self.section.hole_radius or 0.0
         return {"radius": (inner, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
     def place(self, radius: float, turn: float, along: float) -> Vector3:
@@ -478,7 +478,7 @@ class RoundPrism(Prism):
         u, v = radius * math.cos(turn), radius * math.sin(turn)
         return add_multiples(self.origin, (u, first), (v, second), (along, self.axis))
 
-    def chord(self, plane: Plane) -> Cut | None:
+    def cut_at_plane(self, plane: Plane) -> Cut | None:
         """Return the cut across the section in the plane a x + b y + c z + d = 0, given by (a, b, c, d).
 
         Return None if the plane is not parallel to the axis, or misses the body.

@@ -142,12 +142,12 @@ class Box(Prism):
         return min(self.size) / 2
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded: all three."""
         return ("x", "y", "z")
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of the coordinates x, y and z, m."""
         return {n: (o, o + s) for n, o, s in zip("xyz", self.origin, self.size, strict=True)}
 
@@ -155,7 +155,7 @@ class Box(Prism):
         """Return the point with coordinates x, y and z, m."""
         return x, y, z
 
-    def _turned(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
+    def _cuts_in_mesh_coordinates(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
         """Return cuts along x, y and z as cuts along the section's two edges and along the axis.
 
         These are the coordinates in which the mesh is made before it is rotated into place.
@@ -171,7 +171,7 @@ class Box(Prism):
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Return the numbers of cells for a cell `size` (m): along both edges of the section and the longest edge."""
         nx, ny = count_rectangle_cells(self.section.width, self.section.height, size)
-        w, h, own = self.section.width / 2, self.section.height / 2, self._turned(cuts)
+        w, h, own = self.section.width / 2, self.section.height / 2, self._cuts_in_mesh_coordinates(cuts)
         return (
             count_cells(-w, w, nx, cuts_along(own, "first")),
             count_cells(-h, h, ny, cuts_along(own, "second")),
@@ -182,7 +182,7 @@ class Box(Prism):
         """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured_meshes import mesh_extrusion, mesh_rectangle
 
-        own = self._turned(cuts)
+        own = self._cuts_in_mesh_coordinates(cuts)
         section = mesh_rectangle(self.section.width, self.section.height, size, own)
         return place_mesh(mesh_extrusion(section, self.length, size, kind, own), self.axis, self.root)
 
@@ -231,7 +231,7 @@ class MeshFile(Shape):
 
         return convert_cells(read_cells(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
 
-    def named(self, kind: str | None = None) -> Mesh:
+    def mesh_with_groups(self, kind: str | None = None) -> Mesh:
         """Return the mesh with its named groups, as the element `kind`, or by default with the file's own cells.
 
         Raises the errors of `mesh`.

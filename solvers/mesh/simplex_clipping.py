@@ -72,7 +72,7 @@ class Pieces:
             done.append((corners, of))
         return Pieces(np.concatenate([c for c, _ in done]), np.concatenate([o for _, o in done]))
 
-    def refined(self) -> Pieces:
+    def bisect_longest_edges(self) -> Pieces:
         """Return both halves of each piece, cut across its longest edge."""
         k = self.corners.shape[1]
         i, j = np.triu_indices(k, 1)

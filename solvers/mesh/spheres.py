@@ -29,12 +29,12 @@ class RoundBody(Shape):
     part: Part
 
     @property
-    def outer(self) -> Vector3:
+    def outer_semiaxes(self) -> Vector3:
         """Outer semi-axes along x, y and z, m."""
         raise NotImplementedError(f"{type(self).__name__} has no semi-axes")
 
     @property
-    def hollow(self) -> float:
+    def hollow_ratio(self) -> float:
         """Ratio of the semi-axes of the hollow to the outer semi-axes; 0 without a hollow."""
         return 0.0
 
@@ -46,43 +46,43 @@ class RoundBody(Shape):
     @property
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
-        ends = list(enumerate(zip(self.origin, self.outer, strict=True)))
+        ends = list(enumerate(zip(self.origin, self.outer_semiaxes, strict=True)))
         low = tuple(o if i < self.halved_axis_count else o - a for i, (o, a) in ends)
         return low, tuple(o + a for _, (o, a) in ends)  # type: ignore[return-value]
 
     @property
     def volume(self) -> float:
         """Exact volume, m^3."""
-        x, y, z = self.outer
-        return 4.0 * math.pi / 3.0 * x * y * z * (1.0 - self.hollow**3) * 0.5**self.halved_axis_count
+        x, y, z = self.outer_semiaxes
+        return 4.0 * math.pi / 3.0 * x * y * z * (1.0 - self.hollow_ratio**3) * 0.5**self.halved_axis_count
 
     @property
     def similar_mesh_size(self) -> float | None:
         """Cell size, m, such that this size and its whole fractions give similar meshes; None for a hollow body."""
-        return None if self.hollow else max(self.outer) / 2.5
+        return None if self.hollow_ratio else max(self.outer_semiaxes) / 2.5
 
     def contains(self, point: Vector3) -> bool:
         """Return whether the body contains a point, within 1e-9 of its size."""
-        off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer, strict=True)]
-        return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(
+        off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer_semiaxes, strict=True)]
+        return self.hollow_ratio - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(
             c >= -1e-9 for c in off[: self.halved_axis_count]
         )
 
     @property
-    def gradable(self) -> tuple[str, ...]:
+    def gradable_coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates along which cells may be graded: across the wall of a hollow body."""
-        return ("radius",) if self.hollow else ()
+        return ("radius",) if self.hollow_ratio else ()
 
     @property
-    def spans(self) -> dict[str, Span]:
+    def coordinate_ranges(self) -> dict[str, Span]:
         """Ranges of the body's coordinates: radius, m, and two angles.
 
         The radius is the distance from the centre along the longest axis. The angles are around the z axis and from it.
         """
-        largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.halved_axis_count, (0.0, 0.5))
+        largest, turn = max(self.outer_semiaxes), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.halved_axis_count, (0.0, 0.5))
         tilt = 0.5 if self.halved_axis_count == 3 else 1.0
         return {
-            "radius": (self.hollow * largest, largest),
+            "radius": (self.hollow_ratio * largest, largest),
             "turn": (turn[0] * math.pi, turn[1] * math.pi),
             "tilt": (0.0, tilt * math.pi),
         }
@@ -90,54 +90,54 @@ class RoundBody(Shape):
     def place(self, radius: float, turn: float, tilt: float) -> Vector3:
         """Return the point, m, at a radius, m, an angle around the z axis (`turn`, rad) and one from it (`tilt`)."""
         way = (math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn), math.cos(tilt))
-        share = radius / max(self.outer)
-        x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer, way, strict=True))
+        share = radius / max(self.outer_semiaxes)
+        x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer_semiaxes, way, strict=True))
         return x, y, z
 
     def _shell_radii(self, size: float, cuts: tuple[Cut, ...]) -> tuple[float, ...]:
         """Return the radii (m) at which shells of cells end, outward from the hollow or the core, including cuts."""
-        largest = max(self.outer)
-        if not self.hollow:
+        largest = max(self.outer_semiaxes)
+        if not self.hollow_ratio:
             return tuple(circle_radii(largest, size, cuts))
-        count = count_divisions((1.0 - self.hollow) * largest, size)
-        low = self.hollow * largest
+        count = count_divisions((1.0 - self.hollow_ratio) * largest, size)
+        low = self.hollow_ratio * largest
         even = [low + (largest - low) * k / count for k in range(count + 1)]
         return tuple(grid_lines(low, largest, count, cuts_along(cuts, "radius")) or even)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Return the numbers of cells for a cell `size` (m): on a quarter of the largest circle, across the shells."""
         core, *beyond = self._shell_radii(size, cuts)
-        inner = 0 if self.hollow else count_divisions(0.4 * core, size)
-        return 2 * count_divisions(math.pi * max(self.outer) / 4, size), inner + len(beyond)
+        inner = 0 if self.hollow_ratio else count_divisions(0.4 * core, size)
+        return 2 * count_divisions(math.pi * max(self.outer_semiaxes) / 4, size), inner + len(beyond)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.ball_blocks import build_ball, build_shell, mesh_blocks
         from softmark.solvers.mesh.structured_meshes import curve_sides
 
-        (side, shells), largest = self.counts(size, cuts), max(self.outer)
+        (side, shells), largest = self.counts(size, cuts), max(self.outer_semiaxes)
         core, *beyond = radii = self._shell_radii(size, cuts)
-        if self.hollow:
+        if self.hollow_ratio:
             blocks, scale = build_shell(side, [r / largest for r in radii]), 1.0
         else:
             blocks, scale = build_ball(side, shells - len(beyond), [r / core for r in beyond]), core / largest
-        stretch = tuple(scale * a for a in self.outer)
+        stretch = tuple(scale * a for a in self.outer_semiaxes)
         return curve_sides(
             mesh_blocks(blocks, kind, stretch, self.origin, self.halved_axis_count), self.sides, self.within(cuts)
         )
 
     def within(self, cuts: tuple[Cut, ...]) -> tuple[EllipsoidSide, ...]:
         """Return the ellipsoids inside the body on which nodes must lie, one for each cut of the radius."""
-        return tuple(self._similar_ellipsoid(cut.at / max(self.outer)) for cut in cuts_along(cuts, "radius"))
+        return tuple(self._similar_ellipsoid(cut.at / max(self.outer_semiaxes)) for cut in cuts_along(cuts, "radius"))
 
     def _similar_ellipsoid(self, share: float) -> EllipsoidSide:
-        x, y, z = self.outer
+        x, y, z = self.outer_semiaxes
         return EllipsoidSide((share * x, share * y, share * z), self.origin)
 
     @property
     def sides(self) -> tuple[EllipsoidSide, ...]:
         """Outer surface, and the surface of the hollow if there is one."""
-        return tuple(self._similar_ellipsoid(share) for share in ((1.0, self.hollow) if self.hollow else (1.0,)))
+        return tuple(self._similar_ellipsoid(share) for share in ((1.0, self.hollow_ratio) if self.hollow_ratio else (1.0,)))
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Sphere(RoundBody):
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
-    def outer(self) -> Vector3:
+    def outer_semiaxes(self) -> Vector3:
         """Outer semi-axes, all equal to the radius, m."""
         return self.radius, self.radius, self.radius
 
@@ -177,7 +177,7 @@ class Ellipsoid(RoundBody):
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
-    def outer(self) -> Vector3:
+    def outer_semiaxes(self) -> Vector3:
         """Semi-axes, m."""
         return self.semiaxes
 
@@ -201,11 +201,11 @@ class SphericalShell(RoundBody):
         return "" if self.inner < self.radius else INSIDE_OUT
 
     @property
-    def outer(self) -> Vector3:
+    def outer_semiaxes(self) -> Vector3:
         """Semi-axes, m."""
         return self.radius, self.radius, self.radius
 
     @property
-    def hollow(self) -> float:
+    def hollow_ratio(self) -> float:
         """Ratio of the inner radius to the outer radius."""
         return self.inner / self.radius

@@ -222,5 +222,5 @@ def curve_sides(mesh: Mesh, sides: Iterable[CurvedSide], within: Iterable[Curved
     for side, facets in [*((side, mesh.facets) for side in sides), *((side, every) for side in inner)]:
         own = facets[side.of(mesh.points[facets[:, :corners]])]
         middles = np.unique(own[:, corners:])
-        points[middles] = np.stack(side.onto(tuple(mesh.points[middles].T)), axis=1)
+        points[middles] = np.stack(side.project_points(tuple(mesh.points[middles].T)), axis=1)
     return Mesh(points, mesh.cells, mesh.kind)

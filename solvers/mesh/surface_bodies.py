@@ -38,7 +38,7 @@ class SurfaceBody(Shape):
         """Return the volume between the body and its flat facets, m^3; negative if the facets enclose too much."""
         return 0.0
 
-    def near(self, size: float) -> float:
+    def surface_tolerance(self, size: float) -> float:
         """Return the largest allowed distance, m, between the surface and a mesh with cells of `size` (m)."""
         return self.tolerance or NEAR * size
 
@@ -128,7 +128,7 @@ class Tetrahedralized(SurfaceBody):
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
         return _tetrahedralize(
-            self.path, self.unit, modification_stamp(self.path), size, self.near(smallest_size(size, graded)), graded
+            self.path, self.unit, modification_stamp(self.path), size, self.surface_tolerance(smallest_size(size, graded)), graded
         )
 
     def surface(self, size: float = 0.0) -> Surface:

@@ -67,7 +67,7 @@ class Annulus(CircularSection):
         return far
 
     @property
-    def hollow(self) -> float:
+    def hole_radius(self) -> float:
         """Radius of the hole, m."""
         return self.inner
 
@@ -102,12 +102,12 @@ class Tube(RoundPrism):
         """The cross-section."""
         return Annulus(self.radius, self.inner)
 
-    def chord(self, plane: Plane) -> Cut | None:
+    def cut_at_plane(self, plane: Plane) -> Cut | None:
         """Return the cut in the plane a x + b y + c z + d = 0, given by (a, b, c, d).
 
         Return None unless the plane contains the axis.
         """
-        cut = super().chord(plane)
+        cut = super().cut_at_plane(plane)
         return None if cut is None or abs(cut.at) >= 1e-9 * self.radius else replace(cut, at=0.0)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:

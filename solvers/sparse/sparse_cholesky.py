@@ -89,7 +89,7 @@ class Cholesky:
             raise Indefinite(failed - 1, int(self.plan.first[failed - 1]))
 
     @property
-    def definite(self) -> bool:
+    def is_positive_definite(self) -> bool:
         """True if all pivots are positive."""
         return not len(self._signs)
 

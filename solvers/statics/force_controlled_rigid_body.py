@@ -75,7 +75,7 @@ def solve_force_balance(problem: Statics, press: ForceControl, find: Find) -> Eq
     force `left_N`, N, the stiffness, N/m, the number of positions solved, and whether the body `gave_way` (snapped
     through) on the way. Raises NotConverged if nothing stops the rigid body, or the position is unstable.
     """
-    return _PositionSearch(problem, press, find).found()
+    return _PositionSearch(problem, press, find).solve_equilibrium()
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,9 @@ class _PositionSearch:
         self.seen = list[TravelStiffness]()  # positions with resistance
         self.low, self.high = -np.inf, np.inf  # bracket of the travel: too small and too large contact force
 
-    def found(self) -> Equilibrium:
+    def solve_equilibrium(self) -> Equilibrium:
         """Return the equilibrium where the given force is balanced. Raises NotConverged."""
-        here = self._at(self.press.begun)
+        here = self._solve_at_travel(self.press.begun)
         while self.places < PLACES:
             left = self._unbalanced_force(here)
             if here.push == 0.0 and left == 0.0:
@@ -163,7 +163,7 @@ class _PositionSearch:
         """Return the equilibrium at the travel `there`, m, or nearer to `here` if that fails. Raises NotConverged."""
         while True:
             try:
-                return self._at(there, here)
+                return self._solve_at_travel(there, here)
             except NotConverged as failure:
                 self.history, self.failures = (*self.history, *failure.history), self.failures + 1
                 there = here.d + 0.25 * (there - here.d)
@@ -174,7 +174,7 @@ class _PositionSearch:
                     )
                     raise NotConverged(f"{reason}, and further on {failure.reason}", self.history) from failure
 
-    def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
+    def _solve_at_travel(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
         """Return the equilibrium at the travel d, m, solved from the equilibrium `near`.
 
         With friction, which depends on the path, it is solved from the start of the problem. Raises NotConverged.
@@ -272,7 +272,7 @@ class _PositionSearch:
             if max(abs(rise), far * a.k, far * b.k) <= near or np.hypot(a.k, b.k) * far <= STEEP * rise:
                 continue
             try:
-                middle = self._at(0.5 * (a.place.d + b.place.d), a.place)
+                middle = self._solve_at_travel(0.5 * (a.place.d + b.place.d), a.place)
             except NotConverged:
                 continue
             own, looked = TravelStiffness(middle, self._stiffness(middle)), looked + 1

@@ -69,7 +69,7 @@ def _load_resultant(problem: Statics) -> float:
     Their moment divided by the size of the body replaces it if larger.
     """
     f = np.zeros(problem.assembly.dofs)
-    for energy, scale in problem.assembly.loaded(1.0):
+    for energy, scale in problem.assembly.loads_with_factors(1.0):
         if not energy.not_proportional:
             energy.add_gradient(problem.rest, f, scale)
     return 0.0 if problem.resultant is None else problem.resultant(f)
@@ -79,7 +79,7 @@ def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: F
     """Return the spring force relative to the nodal forces of loads and contacts, or to `least`, N, if larger."""
     f = np.zeros(assembly.dofs)
     meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
-    for energy, scale in (*assembly.loaded(1.0), *meets):
+    for energy, scale in (*assembly.loads_with_factors(1.0), *meets):
         energy.add_gradient(x, f, scale)
     own, whole = (float(np.linalg.norm(each, axis=1).sum()) for each in (ground.forces(x), f[ground.stencils]))
     return own / max(whole, least)

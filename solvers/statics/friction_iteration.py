@@ -37,7 +37,7 @@ FALLS = 1, 2, 6  # the same between deformable surfaces, where full steps come t
 def solve_friction(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the equilibrium with friction at a load factor, from a state x. Raises NotConverged."""
     rigid = _has_rigid_friction(newton.assembly)
-    if rigid and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
+    if rigid and newton.problem.start is not None and newton.gradient_and_residual(x, load)[1] < BESIDE:
         own = solver_for(newton, with_softer_barriers(newton.assembly, load, 1.0))
         try:
             found = _iterate_lagged_friction(own, x, load, None)
@@ -77,7 +77,7 @@ def _iterate_lagged_friction(
         finally:
             newton.reached = own.reached
         newton.moved = own.moved
-        _, residual = newton.residual(x, load)
+        _, residual = newton.gradient_and_residual(x, load)
         found = _solve_with_full_tangent(newton, x, load, residual)
         if found is not None:
             return found
@@ -90,7 +90,7 @@ def _solve_with_full_tangent(newton: Newton, x: Floats, load: float, residual: f
     moved, done = newton.moved, False
     for most in EACH if _has_rigid_friction(newton.assembly) else FALLS:
         try:
-            x, done, left = newton.steps(x, most, load)
+            x, done, left = newton.take_full_steps(x, most, load)
         except NotConverged:
             break
         if done or not left < residual:
@@ -118,7 +118,7 @@ def _explain_sliding_failure(newton: Newton, failure: NotConverged, x: Floats | 
 
 def is_stable_at_pressures(newton: Newton, x: Floats) -> bool | None:
     """Return whether an equilibrium x is stable if its pressures stay constant; None if unknown."""
-    return solver_for(newton, _with_lagged_friction(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
+    return solver_for(newton, _with_lagged_friction(newton.assembly, x, None, grips=False), 1.0).is_tangent_definite(x) or None
 
 
 def _with_lagged_friction(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:

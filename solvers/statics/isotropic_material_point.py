@@ -278,7 +278,7 @@ class PrincipalPoint:
         sheared = _PrincipalShear.of(drive, e)
         F, P = _diagonal_matrix(drive.stretches.tolist()), _diagonal_matrix([tau[k] / math.exp(e[k]) for k in range(3)])
         F[a, b] = g
-        along, across, both = sheared.turned(tau, bent)
+        along, across, both = sheared.stresses_along_axes(tau, bent)
         r = sheared.ta * sheared.tb
         P[a, a], P[b, b] = along / sheared.ta - g * both / r, across / sheared.tb
         P[a, b], P[b, a] = both / sheared.tb, both / sheared.ta - g * across / r
@@ -312,7 +312,7 @@ class _PrincipalShear:
         own[a], own[b] = m + d, m - d
         return cls(a, b, g, ta, tb, d, (own[0], own[1], own[2]))
 
-    def turned(self, tau: Sequence[float], bent: Rows) -> tuple[float, float, float]:
+    def stresses_along_axes(self, tau: Sequence[float], bent: Rows) -> tuple[float, float, float]:
         """Return Kirchhoff stresses along the axes a and b, and the shear stress, Pa, from principal stresses tau.
 
         The stress has the principal axes of B = F F^T. `bent` are the derivatives of tau.

@@ -25,7 +25,7 @@ def solve_in_load_steps(newton: Newton) -> tuple[Floats, int]:
 
     Raises NotConverged.
     """
-    longest = newton.problem.longest
+    longest = newton.problem.largest_load_step
     x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:
         target = min(1.0, load + step)
@@ -50,7 +50,7 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
     most = MEETING if newton.problem.may_contact else EACH
     try:
         start = newton.predict_equilibrium(x, target - load, load)
-        there, done, _ = newton.steps(start, most, target)
+        there, done, _ = newton.take_full_steps(start, most, target)
     except NotConverged:
         return None
     if newton.problem.way is not None and left_solution_branch(x, start, there):

@@ -77,9 +77,9 @@ class MaterialPoint:
 
         The state under the full imposed deformation must violate it. Raises NoState.
         """
-        return self._first_violating_state(drive, self.steady)
+        return self._first_violating_state(drive, self.is_drucker_stable)
 
-    def steady(self, state: PointState) -> bool:
+    def is_drucker_stable(self, state: PointState) -> bool:
         """Return whether the law satisfies Drucker stability in a state.
 
         Laws without such a check count as stable (materials/drucker_stability.py).

@@ -78,15 +78,15 @@ def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -
         step = replace(now, rest=before.x, target=imposed, travelled=travelled)
     found = equilibrium(step)
     x = found.x
-    memories = before.memories.accepted(x, h)
+    memories = before.memories.history_after_step(x, h)
     forces = np.zeros(problem.assembly.dofs)
     for energy in internal:
         energy.add_gradient(x, forces)
-    if (worked := memories.worked) is not None:
+    if (worked := memories.internal_work) is not None:
         work = worked - before.work
     elif h > 0.0:
         work = 0.5 * float((before.forces + forces) @ _without_pressures(internal, x - before.x))
-        work += memories.pumped - before.memories.pumped
+        work += memories.pore_pressure_work - before.memories.pore_pressure_work
     else:  # a jump is elastic, and has an energy
         work = sum(e.value(x) - e.value(before.x) for e in internal)
     after = replace(before, x=x, time=to.time, memories=memories, forces=forces, work=before.work + work, found=found,

@@ -81,7 +81,7 @@ def recover_equilibrium(problem: Statics, tangled: PerturbedBody) -> Equilibrium
     Raises NotConverged, whose reason is the state that was found instead.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return _Recovery(problem, tangled).walk()
+        return _Recovery(problem, tangled).descend_and_repair_cells()
 
 
 class _Recovery:
@@ -98,10 +98,10 @@ class _Recovery:
         self.attempts = self.filled = 0
         self.soft = None if tangled.cells is None else _stable_neo_hookean_assembly(problem, tangled.cells)
         self.moving = problem.space.dofs if self.soft is None else self.soft.dofs  # unknowns without pressures
-        if self.resting:  # no load or reaction sets a force scale: use forces at a strain of 1e-3
+        if self.is_unloaded:  # no load or reaction sets a force scale: use forces at a strain of 1e-3
             self.newton.towed = 1e-3 * self._unit_strain_force(problem.assembly) / RIGID
 
-    def walk(self) -> Equilibrium:
+    def descend_and_repair_cells(self) -> Equilibrium:
         """Return the recovered equilibrium: descend in energy, check and repair cells, repeat. Raises NotConverged."""
         x = self._initial_state()
         lawful = self.newton.minimizes_energy and self._has_finite_energy(x)
@@ -229,10 +229,10 @@ class _Recovery:
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
         if self.newton.minimizes_energy:
             x = self._descend(self.problem.assembly, x, 1.0, "recovery")
-            x, self.stable = self.newton.stable(self.newton.descend(x, 1.0))
+            x, self.stable = self.newton.find_stable_state(self.newton.descend(x, 1.0))
             return x
         x = self._solve_follower_loads(x)
-        self.stable = self.newton.definite(x) or None
+        self.stable = self.newton.is_tangent_definite(x) or None
         return x
 
     def _solve_follower_loads(self, x: Floats) -> Floats:
@@ -292,7 +292,7 @@ class _Recovery:
         return bool(away.max(initial=0.0) > APART * self.problem.extent)
 
     @cached_property
-    def resting(self) -> bool:
+    def is_unloaded(self) -> bool:
         """True if the rest state is the equilibrium: there are no loads and no imposed displacements."""
         if np.any(self.problem.target):
             return False
@@ -305,7 +305,7 @@ class _Recovery:
 
         It is computed only after recovery has found an equilibrium.
         """
-        if self.resting:
+        if self.is_unloaded:
             return self.problem.rest
         try:
             return equilibrium(self.problem).x
@@ -317,7 +317,7 @@ class _Recovery:
         problem, newton = self.problem, self.newton
         facts = self.systems.facts | self._report_facts
         facts["recovery"]["elsewhere"] = self._has_other_displacements(x)
-        found = Equilibrium(x, newton.residual(x, 1.0)[1], tuple(self.history), 1, newton.criterion, self.stable)
+        found = Equilibrium(x, newton.gradient_and_residual(x, 1.0)[1], tuple(self.history), 1, newton.criterion, self.stable)
         follower = not problem.assembly.conservative
         found = replace(found, linear_solver=self.systems.name, facts=facts, follower=follower, started=True)
         return replace(found, condition=self._condition_number())

@@ -49,7 +49,7 @@ def relative_residual(assembly: Assembly, x: Floats, fixed: Ints, without: Float
     domain of the law.
     """
     g, external = assembly.gradient(x, 1.0), np.zeros(assembly.dofs)
-    for energy, scale in assembly.loaded(1.0):
+    for energy, scale in assembly.loads_with_factors(1.0):
         energy.add_gradient(x, external, scale)
     largest = max(float(np.linalg.norm(external)), float(np.linalg.norm(g[fixed])))
     left = float(np.linalg.norm((g if without is None else g - without)[assembly.free]))

@@ -43,7 +43,7 @@ class RodNetwork:
 
     def move(self, x: Floats, d: Floats) -> Floats:
         """Return the state x after an increment d (dofs,), with positions corrected to second order."""
-        step = self.joints.spread(d)
+        step = self.joints.node_increments(d)
         moved = RodSpace(len(self.joints.point)).move(x, step)
         nodes, ends = moved.reshape(-1, 7), self.elements
         turns = ElementRotations.of(nodes[:, 3:], ends)
@@ -55,7 +55,7 @@ class RodNetwork:
         cached_elements(moved, ends, self.lengths, turns)  # it will be needed
         return moved
 
-    def jumped(self, before: Floats, after: Floats) -> bool:
+    def has_rotation_jump(self, before: Floats, after: Floats) -> bool:
         """Return whether an element's relative rotation has changed by more than 180 degrees between two states."""
         return exceeds_half_turn(before, after, self.elements)
 

@@ -105,9 +105,9 @@ def _explain_failure(problem: Statics, history: list[Iteration], failure: NotCon
 
 def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load by the three strategies in turn. Raises NotConverged."""
-    ways = [_solve_from_given_start] if problem.start is not None and problem.longest == 1.0 else []
+    ways = [_solve_from_given_start] if problem.start is not None and problem.largest_load_step == 1.0 else []
     unstable = None
-    turns = problem.longest < 1.0  # full steps would find an equilibrium that differs by whole turns
+    turns = problem.largest_load_step < 1.0  # full steps would find an equilibrium that differs by whole turns
     crept = problem.may_contact and problem.assembly.saddle  # no energy decreases when contact begins and ends
     if problem.bold:
         ways += [] if turns or crept else [_solve_at_full_load]
@@ -139,7 +139,7 @@ def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: Sys
     """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
     start = _start_state(newton)
-    x = newton.descend(start, 1.0) if problem.may_contact else newton.whole_steps(start, BOLD)
+    x = newton.descend(start, 1.0) if problem.may_contact else newton.solve_with_full_steps(start, BOLD)
     return _accept_stable_state(newton, x)
 
 
@@ -147,7 +147,7 @@ def _solve_from_given_start(problem: Statics, history: list[Iteration], systems:
     """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
     x = _move_given_start(newton)
-    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.may_contact else newton.whole_steps(x, ROUGH)
+    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.may_contact else newton.solve_with_full_steps(x, ROUGH)
     return replace(_accept_stable_state(newton, x), started=True)
 
 
@@ -166,7 +166,7 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
 def _solve_with_soft_barriers(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load, with soft barriers first. Raises NotConverged."""
     newton = Newton(problem, history, systems, "soft barriers")
-    x = newton.impose(problem.rest, 1.0) if problem.start is None else _move_given_start(newton)
+    x = newton.impose_support_motion(problem.rest, 1.0) if problem.start is None else _move_given_start(newton)
     return _accept_stable_state(newton, _minimize_energy(newton, x, 1.0))
 
 
@@ -185,16 +185,16 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     """
     problem = newton.problem
     if problem.twin is None or problem.has_friction:
-        return newton.impose(problem.rest, 1.0)
+        return newton.impose_support_motion(problem.rest, 1.0)
     rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
     start = Newton(rough, newton.history, newton.systems, "corotational start")
-    x = start.impose(problem.rest, 1.0)
+    x = start.impose_support_motion(problem.rest, 1.0)
     if cap is None:
-        x = start.descend(x, 1.0) if problem.may_contact else start.whole_steps(x, ROUGH)
+        x = start.descend(x, 1.0) if problem.may_contact else start.solve_with_full_steps(x, ROUGH)
         if not problem.near(x):
             raise NotConverged("the corotational start compresses cells to zero volume", tuple(newton.history))
     else:
-        x, _, _ = start.steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
+        x, _, _ = start.take_full_steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed
     newton.predict_pressures(x)
     return x
@@ -225,13 +225,13 @@ def _move_with_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     """
     wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     if not wandering:
-        return newton.follow(x, left, 1.0)
+        return newton.move_with_supports(x, left, 1.0)
     most = max(LONGEST, min(energy.largest_support_step for energy in wandering) / float(np.abs(left).max()))
     done, part = 0.0, min(1.0, most)
     while done < 1.0:
         part = min(part, 1.0 - done)
         try:
-            x = newton.descend(newton.follow(x, part * left, 1.0), 1.0)
+            x = newton.descend(newton.move_with_supports(x, part * left, 1.0), 1.0)
         except NotConverged:
             part *= 0.5
             if part < SHORTEST:
@@ -252,7 +252,7 @@ def _accept_stable_state(newton: Newton, x: Floats) -> Equilibrium:
 def _is_stable(newton: Newton, x: Floats) -> bool | None:
     """Return whether an equilibrium x is stable; None if unknown."""
     if not newton.problem.has_friction:
-        return newton.definite(x)
+        return newton.is_tangent_definite(x)
     from softmark.solvers.statics.friction_iteration import is_stable_at_pressures
 
     return is_stable_at_pressures(newton, x)
@@ -267,7 +267,7 @@ def _solve_buckling_after_rotation(
     """
     newton = Newton(problem, history, systems, "buckling")
     try:
-        x, stable = newton.stable(unstable)
+        x, stable = newton.find_stable_state(unstable)
     except NotConverged as failure:
         reason = f"the rotated body buckles, and no stable state was found near its equilibrium: {failure.reason}"
         raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
@@ -283,7 +283,7 @@ def _leave_instability(problem: Statics, history: list[Iteration], systems: Syst
 
     newton = Newton(problem, history, systems)
     try:
-        x, stable = newton.stable(unstable)
+        x, stable = newton.find_stable_state(unstable)
         return replace(_equilibrium_at(newton, x, 1, stable), unstable=newton.left)
     except NotConverged as failure:
         away = describe_rigid_instability(newton, unstable)
@@ -301,7 +301,7 @@ def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
     x = _move_given_start(newton) if started else _start_state(newton, cap)
-    x, done, residual = newton.steps(x, max(0, cap - systems.solves))
+    x, done, residual = newton.take_full_steps(x, max(0, cap - systems.solves))
     if not np.isfinite(residual):
         raise NotConverged("full Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
@@ -321,13 +321,13 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
     `vain` is the number of iterations of an earlier failed step from rest to full load; this step is not tried again.
     """
     newton = Newton(problem, history, systems, "careful")
-    x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, vain or 0
+    x, load, step, steps, wasted = problem.rest, 0.0, problem.largest_load_step, 0, vain or 0
     if vain is not None:
         step *= 0.5
     while load < 1.0:
         target, before = min(1.0, load + step), len(history)
         try:
-            begun = newton.impose(x, target - load, target)
+            begun = newton.impose_support_motion(x, target - load, target)
             there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
                 raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
@@ -338,16 +338,16 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
             if problem.jumped(x, there):
                 raise NotConverged("neighbouring nodes rotated past each other", tuple(history))
             x, load, steps = there, target, steps + 1
-            step = min(2.0 * step, problem.longest)
+            step = min(2.0 * step, problem.largest_load_step)
         except NotConverged as failure:
             step, wasted = 0.5 * (target - load), wasted + len(history) - before
-            if step < 1e-3 * problem.longest or (problem.may_contact and wasted > WASTED):
+            if step < 1e-3 * problem.largest_load_step or (problem.may_contact and wasted > WASTED):
                 reached = f"the load could be raised to only {100 * load:.4g} %: {failure.reason}"
                 raise NotConverged(
                     f"{reached}{_describe_likely_cause(problem, history, x, load)}", tuple(history), systems.facts
                 ) from failure
     if problem.assembly.conservative:
-        x, stable = newton.stable(x)
+        x, stable = newton.find_stable_state(x)
         return replace(_equilibrium_at(newton, x, steps, stable), unstable=newton.left)
     return _equilibrium_at(newton, x, steps, _is_stable(newton, x) or None)
 
@@ -376,9 +376,9 @@ def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: Sy
     newton.systems = systems
     follower = PathFollower(newton)
     x = follower.to_full_load()
-    stable: bool | None = newton.definite(x) or None
+    stable: bool | None = newton.is_tangent_definite(x) or None
     if problem.assembly.conservative:
-        x, stable = newton.stable(x)
+        x, stable = newton.find_stable_state(x)
     found = _equilibrium_at(newton, x, len(follower.path.points), stable)
     facts = found.facts | follower.path.facts
     meetings = [s.load for s in follower.path.limits if s.kind == "bifurcation"]
@@ -427,7 +427,7 @@ def _balance_resultant(newton: Newton, x: Floats, g: Floats, residual: float) ->
         if problem.resultant(free) * residual <= problem.tolerance * float(np.linalg.norm(free)):
             break
         y = x + left
-        there, nearer = newton.residual(y, 1.0)
+        there, nearer = newton.gradient_and_residual(y, 1.0)
         step = _next_newton_step(newton, there)
         if not nearer < residual or step is None:  # no better state can be represented
             break
@@ -492,9 +492,9 @@ def _in_double_precision(newton: Newton, x: Floats) -> tuple[Floats, Floats, flo
     """Return the state with exact imposed values, its gradient and its residual, all in double precision."""
     problem = newton.problem
     if problem.exact is None:
-        return x, *newton.residual(x, 1.0)
+        return x, *newton.gradient_and_residual(x, 1.0)
     x = np.asarray(x, dtype=np.float64)
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     judge = Newton(replace(problem, assembly=problem.exact, rest=x), newton.history, newton.systems)
     judge.towed = newton.towed
-    return x, *judge.residual(x, 1.0)
+    return x, *judge.gradient_and_residual(x, 1.0)

@@ -51,14 +51,14 @@ class Newton:
         self._goal = self._last_goal = TIGHTEST  # relative tolerance of the linear system
         self._last_residual = np.inf
 
-    def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
+    def gradient_and_residual(self, x: Floats, load: float) -> tuple[Floats, float]:
         """Return the gradient (dofs,) in x, and the residual relative to the larger of load and reactions.
 
         The residual is the norm of the gradient on free degrees of freedom.
         """
         g = self.assembly.gradient(x, load)
         external = np.zeros_like(g)
-        for energy, scale in self.assembly.loaded(load):
+        for energy, scale in self.assembly.loads_with_factors(load):
             energy.add_gradient(x, external, scale)
         weighted = g * self.problem.weights
         forces = (external * self.problem.weights, weighted[self.problem.fixed], weighted[self.assembly.free])
@@ -66,7 +66,7 @@ class Newton:
         scale = max(load_size, reactions, RIGID * self.towed)
         return g, size / scale if scale > 0 else size
 
-    def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
+    def impose_support_motion(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
         """Return x after the last `fraction` of the support motion up to the load factor `load`.
 
         The body moves by its linear response to the support motion.
@@ -84,9 +84,9 @@ class Newton:
         if not (self.problem.has_imposed_motion or self.problem.may_contact):
             self._promised = None
             return x
-        return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
+        return self.move_with_supports(x, self.problem.imposed(load, load + fraction), load, load + fraction)
 
-    def follow(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
+    def move_with_supports(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
         """Return x after support increments `moved` (c,) at a load factor, by linear response. Raises NotConverged.
 
         If another load factor `to` is given, rigid bodies and the surfaces in contact move to their positions there
@@ -156,22 +156,22 @@ class Newton:
         """State space of the problem."""
         return self.problem.space
 
-    def whole_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
+    def solve_with_full_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
         """Return the equilibrium by full Newton steps from x. Raises NotConverged.
 
         Steps are shortened only to the domain of the law, and not below the fraction `least`.
         """
-        x, done, residual = self.steps(x, most, load, least)
+        x, done, residual = self.take_full_steps(x, most, load, least)
         if done:
             return x
         raise NotConverged(f"full Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
-    def steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
+    def take_full_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
         """Take at most `most` full steps; return the state, whether it is an equilibrium, and the residual."""
         self._close = self._tiny = False
         self._last_residual = np.inf
         for number in range(most + 1):
-            g, residual = self.residual(x, load)
+            g, residual = self.gradient_and_residual(x, load)
             done = self._has_converged(x, g, residual)
             if done or number == most or not np.isfinite(residual):
                 break
@@ -217,7 +217,7 @@ class Newton:
     def _set_linear_tolerance(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
         if self.systems.choice.iterative:
-            goal = self.systems.goal(residual, self._last_residual, self._last_goal, self.problem.tolerance)
+            goal = self.systems.next_linear_tolerance(residual, self._last_residual, self._last_goal, self.problem.tolerance)
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
@@ -264,14 +264,14 @@ class Newton:
             max(self.problem.max_iterations, patience),
         )
         for number in range(most + 1):
-            g, residual = self.residual(x, load)
+            g, residual = self.gradient_and_residual(x, load)
             if self._has_converged(x, g, residual):
                 return x
             if number == most or not np.isfinite(residual):
                 break
             self._set_linear_tolerance(residual)
             self.reached = x
-            x, value, length = self._decrease(x, load, g, max(recent), merit)
+            x, value, length = self._search_line(x, load, g, max(recent), merit)
             recent.append(value)
             self._record_iteration(load, number, residual, length)
             if self.phase == "aside" and (lost := self._lost_rotation_message(x, load)):
@@ -330,7 +330,7 @@ class Newton:
     def _total_energy(self, x: Floats, load: float) -> float:
         """Return the total energy, J, of a state at a load factor; cached for the last one."""
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
-            loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
+            loads = (scale * e.value(x) for e, scale in self.assembly.loads_with_factors(load) if scale != 0.0)
             self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 
@@ -340,7 +340,7 @@ class Newton:
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
-    def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
+    def _search_line(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
         """Return state, merit and step length after a line search. Raises NotConverged.
 
         It searches along the Newton direction, or along that of the definite tangent if the first fails.
@@ -388,7 +388,7 @@ class Newton:
             length, value = 2.0 * length, there
         return length
 
-    def definite(self, x: Floats) -> bool | None:
+    def is_tangent_definite(self, x: Floats) -> bool | None:
         """Return whether the tangent in x has no negative eigenvalue; None if unknown.
 
         If the last step was tiny, the tangent before it is used. Under follower loads the symmetric part of the tangent
@@ -416,13 +416,13 @@ class Newton:
             return found.negative_pivots == 0 or None
         return found.negative_pivots == 0
 
-    def stable(self, x: Floats) -> tuple[Floats, bool | None]:
+    def find_stable_state(self, x: Floats) -> tuple[Floats, bool | None]:
         """Return x if it is stable, or else a stable equilibrium with less energy, and whether the result is stable.
 
         The second result is None if the stability is unknown. Raises NotConverged.
         """
         for _ in range(5):
-            definite = self.definite(x)
+            definite = self.is_tangent_definite(x)
             if definite is not False:
                 return x, definite
             if self.assembly.saddle:  # no energy decreases

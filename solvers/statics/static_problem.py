@@ -100,7 +100,7 @@ class SupportPath(Protocol):
     """Path of imposed values that are not proportional to the load: rotations about an axis."""
 
     @property
-    def longest(self) -> float:
+    def largest_load_step(self) -> float:
         """Largest load step, as a fraction of full load, that keeps the sense of rotation.
 
         A larger step might rotate a support the other way round.
@@ -203,9 +203,9 @@ class Statics:
         return any(energy.has_friction for energy in (*self.assembly.internal, *self.assembly.loads))
 
     @property
-    def longest(self) -> float:
+    def largest_load_step(self) -> float:
         """Largest load step, as a fraction of the full load."""
-        return 1.0 if self.way is None else min(1.0, self.way.longest)
+        return 1.0 if self.way is None else min(1.0, self.way.largest_load_step)
 
     def lost_turn_message(self, x: Floats, load: float) -> str | None:
         """Return a message if a state at a load factor has lost rotations of its supports; else None.

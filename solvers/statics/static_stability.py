@@ -108,8 +108,8 @@ def _follow_to_load(newton: Newton, low: _PathState, load: float) -> _PathState 
     for _ in range(6):
         with suppress(NotConverged, Singular):
             newton._promised = None
-            x = newton.impose(low.x, load - low.load, load)
-            x, done, _ = newton.steps(x, STEPS, load)
+            x = newton.impose_support_motion(low.x, load - low.load, load)
+            x, done, _ = newton.take_full_steps(x, STEPS, load)
             if done:
                 return _factorise_state(newton, load, x, True)
         load = 0.5 * (low.load + load)

@@ -31,7 +31,7 @@ class AnalyticField:
 
         return TensorsBySide(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
 
-    def crossings(self, begin: Floats, end: Floats) -> Floats:
+    def interface_crossings(self, begin: Floats, end: Floats) -> Floats:
         """Return an empty array (0,): a line from `begin` to `end` crosses no interface between materials."""
         return np.zeros(0)
 
@@ -41,7 +41,7 @@ class AnalyticField:
         """Return an empty array (0, 3) of nodes with large values, because there are no nodes."""
         return np.zeros((0, 3))
 
-    def shared(self, X: Floats) -> int:
+    def count_interface_points(self, X: Floats) -> int:
         """Return 0, the number of points X (n, 3) at which several materials meet."""
         return 0
 
@@ -50,7 +50,7 @@ class AnalyticField:
         none: Floats = np.zeros(len(X))
         return none
 
-    def disagreement(self, X: Floats, of: Part) -> Floats:
+    def relative_fit_residual(self, X: Floats, of: Part) -> Floats:
         """Return zeros (n,), the relative differences of cell tensors from the recovered tensor at points X (n, 3)."""
         return self.unresolved(X)
 

@@ -87,7 +87,7 @@ class MultiMaterialStresses(Stresses):
         order = np.lexsort((material, row))
         return TensorsBySide(row[order], material[order], self._tensors(np.concatenate(values)[order]))
 
-    def crossings(self, begin: Floats, end: Floats) -> Floats:
+    def interface_crossings(self, begin: Floats, end: Floats) -> Floats:
         """Return the sorted fractions (k,) of a line from `begin` (3,) to `end` (3,), m, at which the material changes.
 
         The material changes where the line passes through a facet between cells of different materials. Curved facets
@@ -157,13 +157,13 @@ class MultiMaterialStresses(Stresses):
         """
         return self._largest_over_materials(X, lambda own, here: own.unresolved(here))
 
-    def disagreement(self, X: Floats, of: Part) -> Floats:
+    def relative_fit_residual(self, X: Floats, of: Part) -> Floats:
         """Return the relative difference (n,) between cell tensors around points X (n, 3), m, and recovered tensors.
 
         At an interface it is the largest difference of all sides. `of` selects the tensor, as in
         `Stresses.disagreement`.
         """
-        return self._largest_over_materials(X, lambda own, here: own.disagreement(here, of))
+        return self._largest_over_materials(X, lambda own, here: own.relative_fit_residual(here, of))
 
     def _largest_over_materials(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
         """Return the largest value (n,) over the materials at points X (n, 3), m.
@@ -175,7 +175,7 @@ class MultiMaterialStresses(Stresses):
             found[here] = np.maximum(found[here], of(own, X[here]))
         return found
 
-    def shared(self, X: Floats) -> int:
+    def count_interface_points(self, X: Floats) -> int:
         """Return the number of points X (n, 3), m, that lie on interfaces."""
         count = np.zeros(len(X), dtype=np.int64)
         for _, _, here in self._materials_with_points(X):

@@ -91,7 +91,7 @@ class PatchRecovery:
             self._recover_nodes(np.array(new))
         return np.array([self._nodal[n] for n in nodes.tolist()])
 
-    def everywhere(self) -> Floats:
+    def values_at_all_nodes(self) -> Floats:
         """Return the recovered values (nodes, k) at all nodes."""
         return self.at_nodes(np.arange(len(self.mesh.points)))
 

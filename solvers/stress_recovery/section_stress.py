@@ -101,7 +101,7 @@ def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, se
     x, y = (X3, X2) if second else (X2, X3)
     I = section.moments[0 if second else 1]
     if isinstance(section, CircularSection):
-        own = _ring_flexure_stress(section.radius, section.hollow or 0.0, poisson, I, x, y)
+        own = _ring_flexure_stress(section.radius, section.hole_radius or 0.0, poisson, I, x, y)
     elif isinstance(section, Rectangle):
         a, b = (0.5 * e for e in (section.extents[::-1] if second else section.extents))
         own = _rectangle_flexure_stress(a, b, poisson, I, x, y)

@@ -78,7 +78,7 @@ class Stresses:
         """
         return TensorsBySide(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
 
-    def crossings(self, begin: Floats, end: Floats) -> Floats:
+    def interface_crossings(self, begin: Floats, end: Floats) -> Floats:
         """Return the sorted fractions (k,) of a line from `begin` to `end` (3,), m, at which the material changes.
 
         The result is empty, because the body has only one material.
@@ -133,9 +133,9 @@ class Stresses:
 
     def values_at_nodes(self) -> Floats:
         """Return the 22 values of `values` at every node (nodes, 22); NaN for nodes without cells."""
-        return self._patch_recovery.everywhere()
+        return self._patch_recovery.values_at_all_nodes()
 
-    def shared(self, X: Floats) -> int:
+    def count_interface_points(self, X: Floats) -> int:
         """Return the number of points X (n, 3), m, at which several materials meet; 0 for one material."""
         return 0
 
@@ -155,7 +155,7 @@ class Stresses:
         """
         return tensor_norm(self._patch_recovery.fit_residuals(X)[:, :6])
 
-    def disagreement(self, X: Floats, of: Part) -> Floats:
+    def relative_fit_residual(self, X: Floats, of: Part) -> Floats:
         """Return the relative difference (n,) between cell tensors around points X (n, 3), m, and recovered tensors.
 
         The difference is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the

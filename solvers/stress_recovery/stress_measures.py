@@ -100,7 +100,7 @@ class TensorsBySide:
     materials: Ints
     tensors: Tensors
 
-    def per_row(self, amounts: Floats) -> Floats:
+    def divide_among_rows(self, amounts: Floats) -> Floats:
         """Return values (k,) for the rows, from values `amounts` (n,) for the points.
 
         The value of a point is divided evenly among its rows.
@@ -110,13 +110,13 @@ class TensorsBySide:
 
     def averaged(self, count: int) -> Tensors:
         """Return the tensors of `count` points, each the mean over the rows of the point."""
-        share = self.per_row(np.ones(count))[:, None]
+        share = self.divide_among_rows(np.ones(count))[:, None]
         six, H = np.zeros((count, 6)), np.zeros((count, 9))
         np.add.at(six, self.rows, share * self.tensors.six)
         np.add.at(H, self.rows, share * self.tensors.H)
         return Tensors(six, H, self.tensors.small)
 
-    def only(self, materials: Ints) -> TensorsBySide:
+    def select_materials(self, materials: Ints) -> TensorsBySide:
         """Return the rows of the given materials, and all rows of points without any of these materials."""
         own = np.isin(self.materials, materials)
         none = np.bincount(self.rows, own, minlength=int(self.rows.max(initial=-1)) + 1)[self.rows] == 0.0
@@ -125,7 +125,7 @@ class TensorsBySide:
         return TensorsBySide(self.rows[kept], self.materials[kept], tensors)
 
     @property
-    def two_valued(self) -> Any:
+    def interface_row_mask(self) -> Any:
         """Mask (k,) of the rows of points with several rows."""
         return np.bincount(self.rows)[self.rows] > 1
 

@@ -140,12 +140,12 @@ def grows(problem: Dynamics, step: float) -> bool:
     motion = Motion(0.0, problem.rest, v, system.start().a, factors)
     first = float(problem.mass @ v**2)
     for _ in range(STEPS):
-        system.damping.begin(motion.x)
+        system.damping.compute_matrix(motion.x)
         end = motion.time + step
         half = motion.v + 0.5 * step * motion.a
         x = motion.x + step * half
         try:
-            a, v = system.kick(motion, x, half, end, factors)
+            a, v = system.final_acceleration_and_velocity(motion, x, half, end, factors)
         except StepFailed:
             return True
         motion = Motion(end, x, v, a, factors)

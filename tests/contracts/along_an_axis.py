@@ -20,7 +20,7 @@ def check_swept(shape: Swept) -> None:
     for first, last in ((0.0, 1.0), (0.2, 0.3), (0.6, 0.95)):
         stations = np.linspace(first, last, 61) * shape.length
         found = np.array([_section_at(shape, s) for s in stations.tolist()])  # (61, k, 3)
-        low, high = (np.array(end) for end in shape.slab(stations[0], stations[-1]))
+        low, high = (np.array(end) for end in shape.bounds_between(stations[0], stations[-1]))
         np.testing.assert_array_less(low - slack, found.min(axis=(0, 1)))
         np.testing.assert_array_less(found.max(axis=(0, 1)), high + slack)
         np.testing.assert_allclose(found.min(axis=(0, 1)), low, atol=1e-3 * shape.length)

@@ -147,15 +147,15 @@ def check_shape(shape: Shape, size: float) -> None:
     slack = 1e-9 * mesh.extent
     if shape.bounds is None:
         assert shape.diagonal == 0.0
-        assert shape.spans == {}
+        assert shape.coordinate_ranges == {}
     else:
         low, high = (np.array(end) for end in shape.bounds)
         assert np.isclose(shape.diagonal, np.linalg.norm(high - low), rtol=1e-12)
         for points in (mesh.points, X):
             assert np.all(points >= low - slack)
             assert np.all(points <= high + slack)
-        for ends in product(*shape.spans.values()) if shape.spans else ():
-            place = np.array(shape.place(**dict(zip(shape.spans, ends, strict=True))))
+        for ends in product(*shape.coordinate_ranges.values()) if shape.coordinate_ranges else ():
+            place = np.array(shape.place(**dict(zip(shape.coordinate_ranges, ends, strict=True))))
             assert np.all(place >= low - slack)
             assert np.all(place <= high + slack)
     assert shape.volume is None or abs(volume / shape.volume - 1.0) < 0.1, "of a mesh this fine"
@@ -171,7 +171,7 @@ def check_shape(shape: Shape, size: float) -> None:
         assert own.any()
         owned += own
         there = corners[own].reshape(-1, 3)
-        np.testing.assert_allclose(np.stack(side.onto(tuple(there.T)), axis=1), there, atol=slack)
+        np.testing.assert_allclose(np.stack(side.project_points(tuple(there.T)), axis=1), there, atol=slack)
     assert np.all(owned <= 1), "a facet is of one side"
     assert all(shape.contains(tuple(c)) for c in mesh.points[mesh.cells[:: len(mesh.cells) // 300 + 1]].mean(axis=1))
     if isinstance(shape, Swept):

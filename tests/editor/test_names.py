@@ -101,12 +101,12 @@ def test_a_scene_with_another_name_for_something_means_the_same(name: str, new: 
     own = marked(BEAM[:at] + "<|>" + BEAM[at:], tmp_path)
     text = after(own.document, renamed(own, new)[own.uri])
     other = marked(text, tmp_path).document
-    assert [(d.code, d.message.replace(new, name)) for d in other.checked[1]] == [
-        (d.code, d.message) for d in own.document.checked[1]
+    assert [(d.code, d.message.replace(new, name)) for d in other.check_result[1]] == [
+        (d.code, d.message) for d in own.document.check_result[1]
     ]
-    assert other.checked[0] is not None
-    assert new in {*other.checked[0].declared, *other.checked[0].parameters}
-    assert name not in {*other.checked[0].declared, *other.checked[0].parameters}
+    assert other.check_result[0] is not None
+    assert new in {*other.check_result[0].declared, *other.check_result[0].parameters}
+    assert name not in {*other.check_result[0].declared, *other.check_result[0].parameters}
 
 
 def test_a_name_of_another_file_changes_there_and_in_all_scenes_that_use_it(tmp_path: Path) -> None:

@@ -113,7 +113,7 @@ def alone() -> Iterator[None]:
 def test_a_text_that_is_begun_has_its_answers_in_time() -> None:
     late = []
     for name, document in prefixes(PREFIXES):
-        document.checked  # noqa: B018  # which the server has done for its messages
+        document.check_result  # noqa: B018  # which the server has done for its messages
         end = document.position(max(len(document.text.rstrip()) - 1, 0))
         for method, params, more in OURS:
             here = {**more, **({"position": end} if "position" in more else {})}

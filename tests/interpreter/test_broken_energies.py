@@ -246,7 +246,7 @@ def test_wrong_memory_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     right = ViscoelasticStepLaw.P
 
     def wrong(self: ViscoelasticStepLaw, F: Any) -> Any:
-        return right(self, F) + (BREAK - 1.0) * self.measure.pulled(F, self._remaining_stress)
+        return right(self, F) + (BREAK - 1.0) * self.measure.first_piola_stress(F, self._remaining_stress)
 
     monkeypatch.setattr(ViscoelasticStepLaw, "P", wrong)
     assert said_of(RELAXES)

@@ -132,10 +132,10 @@ def test_a_mark_lies_where_its_number_does() -> None:
     assert near.range == (0.9, 1.2)
     far = Band(1.0, (0.9, 1.2), (0.95, 50.0))
     assert far.range == pytest.approx((0.9, 1.8))
-    assert "l-7 -4.5" in far.drawn(50.0, "outside")
-    assert "l4.5 4.5" in far.drawn(0.95, "inside")
+    assert "l-7 -4.5" in far.render_svg(50.0, "outside")
+    assert "l4.5 4.5" in far.render_svg(0.95, "inside")
     none = Band(1.0, (1.0, 1.0), (1.0,))
-    assert "nan" not in none.drawn(1.0, "inside")
+    assert "nan" not in none.render_svg(1.0, "inside")
 
 
 @pytest.mark.parametrize(
@@ -275,7 +275,7 @@ def test_ten_codes_are_their_own_consensus(case: str, tmp_path: Path) -> None:
         (str(folder / f"mono_{case}_mean_sd.csv"),), "t_s", ("p0_mean_ux_m",), second, metre,
         deviation="p0_sd_ux_m", codes=10,
     )  # fmt: skip
-    assert own.agreed == told.agreed == 10
+    assert own.code_count == told.code_count == 10
     ours, theirs = own.load(), told.load()
     np.testing.assert_allclose(ours.x, theirs.x)
     np.testing.assert_allclose(ours.y, theirs.y, rtol=1e-5, atol=1e-9)

@@ -207,7 +207,7 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     shelf = shelves.ReportWriter(parsed)
     for models in range(1, 301):
         now[0] += 1.0
-        shelf.keep(_Report(models))  # type: ignore[arg-type]
+        shelf.save_unfinished(_Report(models))  # type: ignore[arg-type]
     assert 0.0 < spent[0] <= 300.0 / shelves.SPARE
     assert shelf.count > 270  # on disk already
 

@@ -307,7 +307,7 @@ def test_groups_of_a_mesh_file_have_scoped_names(block: int, tmp_path: Path) -> 
     for seed in range(block, SEEDS, 8):
         text = deck(seed)
         (tmp_path / "d.inp").write_text(text)
-        mesh = MeshFile(path=str(tmp_path / "d.inp"), unit=1.0, coincident="keep", pieces="keep").named()
+        mesh = MeshFile(path=str(tmp_path / "d.inp"), unit=1.0, coincident="keep", pieces="keep").mesh_with_groups()
         assert mesh.groups is not None
         small, known = SmallReader(text), {name.lower(): name for name in mesh.groups}
         cells, nodes = small.names("e"), small.names("n")

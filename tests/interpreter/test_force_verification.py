@@ -171,7 +171,7 @@ def test_what_volumes_lack_is_looked_at_where_nothing_else_is_wrong() -> None:
     inside, lacking, noise = body.forces()
     assert np.abs(inside).max() < 1e-15
     assert lacking == pytest.approx(0.3)  # mu / edge times int tr eps
-    assert body.grown() == pytest.approx((0.3, 0.3))
+    assert body.largest_volume_changes() == pytest.approx((0.3, 0.3))
     loads, held = np.full((8, 3), 1.0), np.ones((8, 3), dtype=np.bool_)
     found = formulas.force_balance(inside, loads, held, noise, lacking=lacking)
     assert found.residual == pytest.approx(0.3 / np.sqrt(24.0))  # of the loads

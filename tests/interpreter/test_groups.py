@@ -167,7 +167,7 @@ metric down = displacement(end, along = -z)
 def test_groups_go_with_the_mesh_where_it_is_turned_split_raised_and_refined(
     tmp_path: Path, kind: str | None, inverted: bool
 ) -> None:
-    mesh = MeshFile(path=gmsh(tmp_path / "bar.msh", inverted), unit=1.0).named(kind)
+    mesh = MeshFile(path=gmsh(tmp_path / "bar.msh", inverted), unit=1.0).mesh_with_groups(kind)
     for own in (mesh, build_finer_space(mesh).mesh):
         X = own.points
         for name, axis, at in (("wall", 0, 0.0), ("tip", 0, L), ("top", 2, H)):
@@ -186,7 +186,7 @@ def test_sets_of_abaqus(tmp_path: Path) -> None:
     """Generated sets, sets of sets, sides S2 and S4, nodes: what meshio stops at or puts elsewhere."""
     file = tmp_path / "two.inp"
     file.write_text(INP)
-    mesh = MeshFile(path=str(file), unit=1e-3).named("hex8")
+    mesh = MeshFile(path=str(file), unit=1e-3).mesh_with_groups("hex8")
     assert mesh.groups is not None
     said = {name: (own.described, own.foreign) for name, own in mesh.groups.items()}
     assert said == {
@@ -203,7 +203,7 @@ def test_whole_numbers_on_cells_of_vtu(tmp_path: Path) -> None:
     mesh, known = bar()
     data = {"hard": [known["hard"].astype(np.uint8)], "part": [np.where(known["hard"], 5, 1)], "heat": [mesh.volumes]}
     meshio.write(tmp_path / "bar.vtu", meshio.Mesh(mesh.points, [("hexahedron", mesh.cells)], cell_data=data))
-    found = MeshFile(path=str(tmp_path / "bar.vtu"), unit=1.0).named("tet4").groups
+    found = MeshFile(path=str(tmp_path / "bar.vtu"), unit=1.0).mesh_with_groups("tet4").groups
     assert found is not None
     assert set(found) == {"hard", "hard=0", "hard=1", "part=1", "part=5"}
     assert len(found["part=5"].members) == 5 * known["hard"].sum()
@@ -212,7 +212,7 @@ def test_whole_numbers_on_cells_of_vtu(tmp_path: Path) -> None:
 def test_gmsh_4_1(tmp_path: Path) -> None:
     """Names, a face inside the body, and half a face that no cell has."""
     file = Path(__file__).parents[1] / "errors" / "parts" / "named.msh"
-    found = MeshFile(path=str(file), unit=1e-2).named().groups
+    found = MeshFile(path=str(file), unit=1e-2).mesh_with_groups().groups
     assert found is not None
     assert {n: (g.described, g.foreign) for n, g in found.items()} == {
         "tip": ("1 face", 0), "wall": ("1 face", 0), "between": ("1 face, 1 inside the body", 0), "half": ("1 face", 1),

@@ -215,9 +215,9 @@ def test_units_of_a_system_belong_together(system: str) -> None:
     own = deck_units.read_unit_options(system, None, None, None)
     assert own.stress is not None
     assert own.stress.factor == pytest.approx(M / (L * T**2), rel=1e-14)
-    assert own.of_force(1.0) == pytest.approx(M * L / T**2, rel=1e-14)
-    assert own.of_acceleration(1.0) == pytest.approx(L / T**2, rel=1e-14)
-    assert float(own.of_density(1.0).split()[0]) == pytest.approx(M / L**3, rel=1e-14)
+    assert own.force_in_newtons(1.0) == pytest.approx(M * L / T**2, rel=1e-14)
+    assert own.acceleration_in_si(1.0) == pytest.approx(L / T**2, rel=1e-14)
+    assert float(own.format_density(1.0).split()[0]) == pytest.approx(M / L**3, rel=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -250,5 +250,5 @@ def test_cells_that_are_inside_out_are_counted_and_mean_the_same(tmp_path: Path)
 def test_cells_of_gmsh_are_counted_as_its_file_has_them(changed: Changed) -> None:
     path = changed(PARTS / "named.msh")
     path.write_text(path.read_text().replace("5 9 10 6 8 12 11 7", "5 6 10 9 8 7 11 12"))
-    assert import_formats.read(path).inside_out.tolist() == [1]
-    assert not len(import_formats.read(PARTS / "named.msh").inside_out)
+    assert import_formats.read(path).inverted_cells.tolist() == [1]
+    assert not len(import_formats.read(PARTS / "named.msh").inverted_cells)

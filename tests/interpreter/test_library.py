@@ -42,7 +42,7 @@ def test_every_constant_has_a_source_a_test_a_range_and_a_doubt(own: material_li
     assert re.search(r"https?://|\((?:19|20)\d\d\)|scan of the beam", own.said["Source"])
     assert "temperature" in own.said["Test"]
     assert re.search(r"at rest|/s|\brate (?:and temperature )?not known", own.said["Test"]), "how fast"
-    low, high = own.stretches or (0.0, 0.0)
+    low, high = own.valid_stretch_range or (0.0, 0.0)
     assert 0.0 < low < high
     constants = re.findall(r"(\w+) = [\[0-9-]", own.text.partition("(")[2])
     assert constants
@@ -107,7 +107,7 @@ def test_fits_of_a_pull_are_what_least_squares_find_and_as_near_as_they_say() ->
         c, l, P, _ = fits.of_pull(name)
         assert given == pytest.approx(c, rel=5e-4)
         own = KEPT["ecoflex_0030_chains" if name == "gent" else "ecoflex_0030_pulled"]
-        some = np.flatnonzero((l >= (own.stretches or (0, 0))[0]) & (l <= (own.stretches or (0, 0))[1]))
+        some = np.flatnonzero((l >= (own.valid_stretch_range or (0, 0))[0]) & (l <= (own.valid_stretch_range or (0, 0))[1]))
         Q = nominal(own.name, l[some])
         assert np.abs(Q / P[some] - 1.0).max() < far / 100.0
         assert math.sqrt(((Q - P[some]) ** 2).mean()) < rms

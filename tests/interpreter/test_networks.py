@@ -299,7 +299,7 @@ def test_a_hinge_that_does_not_turn_is_no_answer(monkeypatch: pytest.MonkeyPatch
         "model m = frame6dof(segments = 8)\nprobe tip = point(bar, at = (0.5, 0, 0) m)\n" + TIP.split("\n", 1)[1]
     )
     assert run(text)["m"].status == "converged"
-    monkeypatch.setattr(Layout, "_turns", lambda self, support, point: (0, 1, 2))
+    monkeypatch.setattr(Layout, "_prevented_rotation_axes", lambda self, support, point: (0, 1, 2))
     report = softmark.loads(HEAD + text).run()
     assert report.models["m"].status == "failed"
     assert "do not balance" in report.models["m"].message

@@ -162,7 +162,7 @@ def test_what_is_no_plane_region_is_refused_with_its_place(tmp_path: Path, flaw:
     meshio.Mesh(points, cells).write(file)
     shape = FileSlice(MeshFile(str(file), 1.0), 0.01)
     with pytest.raises(UnreadableMesh) as caught:
-        shape.named()
+        shape.mesh_with_groups()
     assert words in str(caught.value)
     assert caught.value.code == code
     assert caught.value.remedy
@@ -176,7 +176,7 @@ def test_edges_go_with_cells_that_are_raised_lowered_and_refined(tmp_path: Path,
     shape = FileSlice(MeshFile(sheet(tmp_path / "sheet.4.msh", element), 1.0), 0.002)
     at, family = {"wall": 0.01, "tip": 0.05}[edge], element[:3]
     for kind in (k for k in KINDS if k.startswith(family)):
-        mesh = shape.named(kind)
+        mesh = shape.mesh_with_groups(kind)
         for own in (mesh, build_finer_space(mesh).mesh):
             assert own.volumes.sum() == pytest.approx(SHEET.area * 0.002, rel=1e-12)
             on = np.abs(own.points[:, 0] - at) < 1e-9
@@ -184,10 +184,10 @@ def test_edges_go_with_cells_that_are_raised_lowered_and_refined(tmp_path: Path,
             np.testing.assert_array_equal(mesh_groups.nodes_in(own, edge), on)
             right = own.points[own.cells].mean(axis=1)[:, 0] > 0.03
             np.testing.assert_array_equal(mesh_groups.cells_in(own, "hard"), right)
-    tetrahedra = shape.named("tet4")
+    tetrahedra = shape.mesh_with_groups("tet4")
     assert tetrahedra.volumes.min() > 0.0
     assert tetrahedra.volumes.sum() == pytest.approx(SHEET.area * 0.002, rel=1e-12)
-    whole = shape.named()  # three tetrahedra stand on a triangle; two triangles of the surface on an edge
+    whole = shape.mesh_with_groups()  # three tetrahedra stand on a triangle; two triangles of the surface on an edge
     standing = len(whole.facets) - 2 * len(whole.cells)
     assert len(tetrahedra.facets) == 2 * (len(tetrahedra.cells) // 3) + 2 * standing
 
@@ -198,7 +198,7 @@ def test_cells_of_no_element_are_named(tmp_path: Path) -> None:
                        [0, 1, 0], [1, 1, 0]], dtype=float)  # fmt: skip
     meshio.write(file, meshio.Mesh(points, [("triangle10", ten)]), "gmsh22", binary=False)
     with pytest.raises(UnreadableMesh, match=r"there is no element for its cells \(triangle10\)"):
-        FileSlice(MeshFile(str(file), 1.0), 1.0).named()
+        FileSlice(MeshFile(str(file), 1.0), 1.0).mesh_with_groups()
 
 
 def test_the_other_family_is_refused(tmp_path: Path) -> None:

@@ -364,7 +364,7 @@ def test_errors_of_means_count_points_by_their_volumes() -> None:
     metric = Stress("whole", component="xx", over="mean")
     samples = ProbeSamples(X, mean_weights(X, weights, None))
     one, other = field(3.0), field(0.0)
-    assert metric.apart(one, other, samples, one) == pytest.approx(1.5**0.5 * 0.03, rel=1e-12)
+    assert metric.field_difference(one, other, samples, one) == pytest.approx(1.5**0.5 * 0.03, rel=1e-12)
     assert metric.extent(one, one, samples) == pytest.approx(2.03, rel=1e-12)
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -3, 0]])
     triangles = np.array([[0, 1, 2], [0, 3, 1]])  # of areas 1/2 and 3/2

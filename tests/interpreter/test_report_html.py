@@ -401,7 +401,7 @@ def test_every_number_of_the_table_is_in_its_csv(silicone: Report, parsed: Parse
     assert len(numbers) > 40
     assert set(numbers) <= known
     # and every metric of the report is in the table
-    everyone = ReportSummary(silicone).everyone.values()
+    everyone = ReportSummary(silicone).all_results.values()
     values = [metric.value for result in everyone for metric in result.metrics.values()]
     assert {v for v in values if v is not None} <= set(numbers)
 
@@ -411,7 +411,7 @@ def test_figure_3_holds_every_centre_line(silicone: Report, parsed: Parsed) -> N
     rows = saved(parsed, page, "axis-positions.csv")
     assert len(rows) == 1 + 41
     last = dict(zip(rows[0], rows[-1], strict=True))
-    everyone = ReportSummary(silicone).everyone
+    everyone = ReportSummary(silicone).all_results
     for name, result in everyone.items():
         tip = result.probes["axis"].position[-1]
         # the CSV of a figure has nine digits

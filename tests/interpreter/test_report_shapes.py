@@ -144,7 +144,7 @@ def test_positions_and_errors_survive_the_packing(page: str) -> None:
     data, scale = drawn(page), 65535
     assert [s["name"] for s in data["shapes"]] == ["scan", "good", "near", "poor", "moving"]
     for given in data["shapes"]:
-        owner = ReportSummary(RICH).everyone[given["name"]].shape
+        owner = ReportSummary(RICH).all_results[given["name"]].shape
         assert owner is not None
         low, high = np.array(given["low"]), np.array(given["high"])
         X = low + np.frombuffer(base64.b64decode(given["position"]), "<u2").reshape(-1, 3) / scale * (high - low)

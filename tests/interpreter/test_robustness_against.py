@@ -98,7 +98,7 @@ def test_an_error_counts_in_the_units_of_what_is_right(over: Any, far: float) ->
         Stress("p", component="xx", over=over, against="m"),
         ProbeSamples(np.zeros((2, 3)), np.full(2, 0.5)),
     )
-    assert metric.apart(own, other, samples, right) == pytest.approx(1.5**0.5 * far)
+    assert metric.field_difference(own, other, samples, right) == pytest.approx(1.5**0.5 * far)
     assert metric.extent(own, right, samples) == 10.0
 
 

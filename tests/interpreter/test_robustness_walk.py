@@ -17,10 +17,10 @@ def walked(way: ParameterScale, model: Model, until: Until = "failure") -> tuple
     """The walk of a fake model to its end, and the values that were looked at in order."""
     walk = Walk(way, until, {0.0: PointClass.of(model(way.at(0.0)))})
     looked = []
-    while (t := walk.wanted()) is not None:
+    while (t := walk.next_position()) is not None:
         assert t not in walk.seen, "no point is computed twice"
         looked.append(way.at(t))
-        walk.tell(t, PointClass.of(model(way.at(t))))
+        walk.record_outcome(t, PointClass.of(model(way.at(t))))
         assert len(looked) < 100
     return walk, looked
 

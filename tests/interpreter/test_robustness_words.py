@@ -32,8 +32,8 @@ def walked(rule: Callable[[float], str]) -> list[ValidityEdge]:
     for way in ways:
         assert way is not None
         walk = Walk(way, "failure", {0.0: PointClass.of(rule(0.4), "converged")})
-        while (t := walk.wanted()) is not None:
-            walk.tell(t, PointClass.of(rule(way.at(t)), "converged"))
+        while (t := walk.next_position()) is not None:
+            walk.record_outcome(t, PointClass.of(rule(way.at(t)), "converged"))
         at = lambda model, name, value: classified(rule(float(value)))  # noqa: E731
         found.append(edge_of("rod", POISSON, walk, at, {}, {}))
     return found

@@ -190,7 +190,7 @@ def test_pressure_on_a_part_of_a_deformed_facet(kind: str) -> None:
     mesh, where = BAR.mesh(kind, 0.009), condition("z >= 10 mm and sqrt((x - 48 mm)^2 + y^2) <= 8.3 mm")
     found = find_loaded_surface(BAR, mesh, where)
     u = np.random.default_rng(1).uniform(-1e-3, 1e-3, mesh.points.shape)
-    facets, weights = found.weighted
+    facets, weights = found.facets_with_weights
     assert weights is not None
     g = np.zeros(mesh.points.size)
     FollowerPressure(mesh.points, facets, 3.0, weights).add_gradient(u.ravel(), g)
@@ -312,7 +312,7 @@ def test_given_levels_say_what_points_say() -> None:
     where = condition("not (x <= 1 mm) and (y > 0 mm or 0 mm <= z <= 3 mm) and x != y")
     X = np.random.default_rng(0).choice([-1e-3, 0.0, 1e-3, 2e-3, 3e-3, 4e-3], (3, 500))
     levels = [border.at(*X) for border in where.borders]
-    np.testing.assert_array_equal(where.given(levels, 1.0), where.holds(*X, 1.0))
+    np.testing.assert_array_equal(where.holds_for_levels(levels, 1.0), where.holds(*X, 1.0))
 
 
 @pytest.mark.slow
@@ -327,6 +327,6 @@ def test_nothing_extra_is_asked_of_whole_facets() -> None:
     """A load on a whole face has no points but those of its facets' own rule."""
     mesh = BAR.mesh("tet10", 0.005)
     found = find_loaded_surface(BAR, mesh, condition("x >= 100 mm"))
-    assert (len(found.nodes), found.weighted[1]) == (0, None)
+    assert (len(found.nodes), found.facets_with_weights[1]) == (0, None)
     asked = ConditionOnPatches.of(condition("x >= 100 mm"), Patches(mesh.points[mesh.facets], mesh.extent))
     assert not len(asked.crossed_facets())

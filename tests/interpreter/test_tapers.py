@@ -135,10 +135,10 @@ def test_sections_between_two(ends: Any, middle: Any) -> None:
     fine = np.linspace(0.0, 10.0, 2001)
     areas = [member.section_at(s).area for s in fine.tolist()]
     assert member.volume == pytest.approx(float(np.trapezoid(areas, fine)), rel=1e-6)
-    low, high = member.slab(0.0, 10.0)
+    low, high = member.bounds_between(0.0, 10.0)
     for s in (0.0, 3.0, 10.0):
-        assert all(a - 1e-12 <= b for a, b in zip(low, member.slab(s, s)[0], strict=True))
-        assert all(a + 1e-12 >= b for a, b in zip(high, member.slab(s, s)[1], strict=True))
+        assert all(a - 1e-12 <= b for a, b in zip(low, member.bounds_between(s, s)[0], strict=True))
+        assert all(a + 1e-12 >= b for a, b in zip(high, member.bounds_between(s, s)[1], strict=True))
     u, v = (0.5 * extent for extent in middle.extents)
     _, first, second = member.frame(0.0)
     for way, extent in ((first, u), (second, v)):

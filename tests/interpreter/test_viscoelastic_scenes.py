@@ -73,8 +73,8 @@ def test_a_report_of_what_remembers_can_be_pickled() -> None:
 
 
 def test_the_watchdog_finds_a_memory_that_forgets_wrongly(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = ViscoelasticHistory.accepted
-    monkeypatch.setattr(ViscoelasticHistory, "accepted", lambda self, x, h: right(self, x, 1.01 * h))
+    right = ViscoelasticHistory.history_after_step
+    monkeypatch.setattr(ViscoelasticHistory, "history_after_step", lambda self, x, h: right(self, x, 1.01 * h))
     own = report(GEL + BAR + TIMED).models["cubes"]
     assert own.status == "failed"
     assert "independent formulas" in own.message

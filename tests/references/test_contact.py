@@ -243,13 +243,13 @@ def test_tractions_of_partial_slip_add_up_and_its_loss_is_that_of_the_loop() -> 
 def test_the_bar_of_the_catalogue() -> None:
     """L = 1, E A = 1000, gap 0.01, P = 20: u = 0.01, and the plane carries 10. Not met, u = P L / (E A)."""
     bar = StoppedBar(1.0, 1.0, 1000.0, 0.25, 0.01, 20.0, ORIGIN, (1.0, 0.0, 0.0))
-    assert (bar.longer, bar.push, bar.carried) == pytest.approx((0.01, 10.0, 10.0), rel=1e-12)
+    assert (bar.lengthening, bar.push, bar.carried) == pytest.approx((0.01, 10.0, 10.0), rel=1e-12)
     u = bar.displacement(np.array([[1.0, 0.2, 0.0], [0.0, 0.0, 0.0]]))
     assert u == pytest.approx(np.array([[0.01, -0.0005, 0.0], [0.0, 0.0, 0.0]]), abs=1e-15)
     free = replace(bar, load=5.0)
-    assert (free.longer, free.push, free.area) == pytest.approx((0.005, 0.0, 0.0))
+    assert (free.lengthening, free.push, free.area) == pytest.approx((0.005, 0.0, 0.0))
     squeezed = replace(bar, away=-0.02, load=0.0)
-    assert (squeezed.longer, squeezed.push, squeezed.largest_pressure) == pytest.approx((-0.02, 20.0, 20.0))
+    assert (squeezed.lengthening, squeezed.push, squeezed.largest_pressure) == pytest.approx((-0.02, 20.0, 20.0))
 
 
 # ------------------------------------------------------------------ what they do not hold for
@@ -288,5 +288,5 @@ def test_sides_of_a_layer_matter_less_than_those_of_a_half_space(bonded: bool) -
     """Thick, its surface moves as that of a half-space, P / (pi E* r); three thicknesses away it hardly moves."""
     thick = Layer(BALL, 0.5e-3, 10e3, 0.4, 10.0, bonded)
     alone = thick.push / (math.pi * thick.modulus)
-    assert thick.beside(0.05) == pytest.approx(alone / 0.05, rel=0.02)
-    assert abs(replace(thick, thickness=20e-3).beside(0.06)) < 0.1 * alone / 0.06
+    assert thick.surface_displacement(0.05) == pytest.approx(alone / 0.05, rel=0.02)
+    assert abs(replace(thick, thickness=20e-3).surface_displacement(0.06)) < 0.1 * alone / 0.06

@@ -36,7 +36,7 @@ def solved(of: Stack) -> DeformedStack:
 def test_the_stress_of_rubber_is_that_of_its_law(nu: float, free: int, e: float) -> None:
     """The law of the solvers, whose formulas are its own, at the stretches found: nothing across, P along; rounding."""
     solid = BlockMaterial(1e6, nu, True, free)
-    l, t = math.exp(e), math.exp(solid.narrow(e)[0])
+    l, t = math.exp(e), math.exp(solid.lateral_log_stretch(e)[0])
     F = np.diag([t, t if free == 2 else 1.0, l])[None]
     law = NeoHookean(young=1e6, poisson=nu, density=1.0).finite_law()
     assert law is not None
@@ -66,10 +66,10 @@ def test_rubber_that_keeps_its_volume_is_the_limit() -> None:
 
 def test_a_pressure_acts_on_what_the_end_has_become() -> None:
     """Cauchy stress is -p; a dead traction is P itself."""
-    P = RUBBER.under(0.0, 4e5)
+    P = RUBBER.stress_under_loads(0.0, 4e5)
     assert RUBBER.stresses(P)[0] == pytest.approx(-4e5, rel=1e-12)
-    assert RUBBER.under(-4e5, 0.0) == pytest.approx(-4e5, rel=1e-12)
-    assert HOOKE.under(-1.0, 3.0) == -4.0
+    assert RUBBER.stress_under_loads(-4e5, 0.0) == pytest.approx(-4e5, rel=1e-12)
+    assert HOOKE.stress_under_loads(-1.0, 3.0) == -4.0
 
 
 def test_blocks_of_two_moduli_by_hand() -> None:
@@ -128,11 +128,11 @@ def test_gradients_are_those_of_displacements_and_work_is_force_times_way() -> N
     F = H + np.eye(3)
     areas = np.linalg.det(F) / F[:, 2, 2]
     assert sigma[:, 2, 2] * areas == pytest.approx([found.stress] * 2, rel=1e-12)
-    assert found.touched(0) == pytest.approx(1e-4 * areas[0], rel=1e-12)
+    assert found.joint_contact_area(0) == pytest.approx(1e-4 * areas[0], rel=1e-12)
 
 
 def test_what_no_law_holds() -> None:
     with pytest.raises(NotApplicable, match="exceeds what the law can carry"):
         RUBBER.strains(-math.inf)
     with pytest.raises(NotApplicable, match="reduce the compression"):
-        RUBBER.under(0.0, math.inf)
+        RUBBER.stress_under_loads(0.0, math.inf)

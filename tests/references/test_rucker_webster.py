@@ -101,7 +101,7 @@ def test_its_energy_is_stationary() -> None:
         for part in equations.stretches:
             own = (s > part.begin) & (s < part.end)
             for route in part.routes:
-                arm, bent, _ = route.beside(s[own])
+                arm, bent, _ = route.section_position(s[own])
                 way = v[:, own] + np.cross(u[:, own], arm, axis=0) + bent
                 moved = dv[:, own] + np.cross(du[:, own], arm, axis=0)
                 inner[own] += route.tension * (way * moved).sum(axis=0) / np.linalg.norm(way, axis=0)

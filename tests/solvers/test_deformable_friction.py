@@ -161,7 +161,7 @@ def test_what_a_step_makes_of_friction(law: Maker, elastic: Energies) -> None:
     assert contact.anchors is None
     last = path.observed[-1]
     impact = DynamicContacts([contact], [Clock()], [])
-    impact.follow(last, np.zeros(3), 1.0)
+    impact.record_step(last, np.zeros(3), 1.0)
     assert impact.at(last.time).lost(last.x) <= 1e-12 * path.energies["friction"][-1]
     stiff = impact.contacts[0].stiffer(8.0)
     assert stiff.anchors is impact.contacts[0].anchors

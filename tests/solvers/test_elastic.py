@@ -301,7 +301,7 @@ def test_expected_pressures_do_what_they_do_to_tensors(name: str, elastic: Energ
     for law, volume in ((whole, parts[1]), (Tensors(whole), Tensors(parts[1]))):
         plain = elastic(mesh, law)  # type: ignore[arg-type]
         mixed = MixedPoints(plain.cells, plain.dNdX, plain.w, plain.law, volume=volume)  # type: ignore[arg-type]
-        then = mixed.expecting(x, d)
+        then = mixed.with_predicted_pressures(x, d)
         found.append((then.expected, stiffness(then, x)))
     for fast, slow in zip(*found, strict=True):
         np.testing.assert_allclose(fast, slow, atol=1e-12 * np.abs(slow).max())

@@ -58,7 +58,7 @@ def test_an_edge_that_lies_across_is_met_where_it_leaves() -> None:
     assert found.points.X[:, 0] == pytest.approx(0.3, abs=1e-4)  # as finely as is looked: 2e-5 of a side
     assert set(np.round(found.points.X[:, 1], 3)) == {0.0, 0.3, 1.0}
     held = contact.with_added_points(found, REST)
-    _, n = held.planes(held.body)
+    _, n = held.added_point_planes(held.body)
     assert n == pytest.approx(np.broadcast_to([0.0, 0.0, 1.0], n.shape), abs=1e-6)
     assert held.gaps(REST)[held.lasting :] == pytest.approx(-0.05, abs=1e-4)
 

@@ -254,10 +254,10 @@ def test_fibres_are_taken_up_smoothly(k2: float, onset: float) -> None:
     """None in compression, the formula beyond the onset; stress and its slope meet at both ends and never fall."""
     strand, formula = FiberLaw(2.0, k2, onset), FiberLaw(2.0, k2)
     E = onset * np.linspace(-1.0, 3.0, 4001)
-    psi, slope, curvature = strand.terms(E)
+    psi, slope, curvature = strand.energy_and_derivatives(E)
     assert not np.stack([psi, slope, curvature])[:, E <= 0.0].any()
     beyond = np.greater_equal(E, onset)
-    np.testing.assert_array_equal(slope[beyond], formula.terms(E)[1][beyond])
+    np.testing.assert_array_equal(slope[beyond], formula.energy_and_derivatives(E)[1][beyond])
     assert (curvature >= 0.0).all()
     assert (np.diff(psi) >= 0.0).all()
     jump = np.abs(np.diff(curvature)).max() / curvature.max()

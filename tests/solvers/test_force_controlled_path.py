@@ -25,10 +25,10 @@ class Curve(_PositionSearch):
     def __init__(self, force: Callable[[float], float], places: list[float], begun: float = 0.0) -> None:
         self.force, self.places = force, 0
         self.press = ForceControl(1, force(places[-1]), begun, (), lambda contact, d: contact)
-        self.seen = [TravelStiffness(place := self._at(d), self._stiffness(place)) for d in places]
+        self.seen = [TravelStiffness(place := self._solve_at_travel(d), self._stiffness(place)) for d in places]
         self.places, self.end = 0, self.seen[-1].place
 
-    def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
+    def _solve_at_travel(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
         self.places += 1
         found: Any = None
         return TravelPoint(d, found, self.force(d))
@@ -82,7 +82,7 @@ def test_places_without_an_equilibrium_tell_nothing() -> None:
         def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
             if near is not None:
                 raise NotConverged("no equilibrium")
-            return super()._at(d)
+            return super()._solve_at_travel(d)
 
     search = Gap(snaps, [0.99, 6.0])
     assert not search._snaps_through(search.end)

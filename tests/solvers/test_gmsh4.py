@@ -64,7 +64,7 @@ def test_elements_in_no_group_are_read_beside_those_in_one(tmp_path: Path, binar
     """It was refused, as meshio stops at such files: now both cells, and the groups that there are."""
     file = tmp_path / "all.msh"
     file.write_bytes(as_numbers(all_saved()) if binary else all_saved().encode())
-    mesh = MeshFile(path=str(file), unit=1.0).named()
+    mesh = MeshFile(path=str(file), unit=1.0).mesh_with_groups()
     assert mesh.volumes.sum() == pytest.approx(2.0, rel=1e-12)
     assert mesh.groups is not None
     assert {n: g.described for n, g in mesh.groups.items() if n not in ("between", "soft")} == {

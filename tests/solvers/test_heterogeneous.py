@@ -66,8 +66,8 @@ def test_a_plate_opens_by_the_constants_of_each_point(call: str) -> None:
     plane = F.copy()
     plane[:, 2, :2] = plane[:, :2, 2] = 0.0
     solid = MATERIALS["neo_hookean"](E, NU, 1.0)  # type: ignore[arg-type]
-    found = getattr(law_for(Plate.made(solid), "finite"), call)(plane)
-    each = [getattr(law_for(Plate.made(MATERIALS["neo_hookean"](e, nu, 1.0)), "finite"), call)(plane[i : i + 1])
+    found = getattr(law_for(Plate.from_material(solid), "finite"), call)(plane)
+    each = [getattr(law_for(Plate.from_material(MATERIALS["neo_hookean"](e, nu, 1.0)), "finite"), call)(plane[i : i + 1])
             for i, (e, nu) in enumerate(zip(E.ravel(), NU.ravel(), strict=True))]  # fmt: skip
     alike(found, np.concatenate(each))
 

@@ -120,7 +120,7 @@ def test_expected_pressures_leave_forces_alone() -> None:
     assert isinstance(energy, MeanDilatation)
     dofs = int(energy.stencils.max()) + 1
     x = 0.02 * np.random.default_rng(2).standard_normal(dofs)
-    promised = energy.expecting(x, np.zeros(dofs))
+    promised = energy.with_predicted_pressures(x, np.zeros(dofs))
     both = [Assembly(dofs, np.zeros(0, dtype=np.int64), [e], []) for e in (energy, promised)]
     K, expected = (a.tangent(x, 1.0).toarray() for a in both)
     assert np.allclose(K, expected, atol=1e-12 * np.abs(K).max())

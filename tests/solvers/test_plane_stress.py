@@ -17,7 +17,7 @@ FINITE = [name for name in MATERIALS if name != "linear_elastic"]
 
 def plate(name: str, strain: str) -> PlaneStress:
     """The law of a plate."""
-    law = law_for(Plate.made(made(name, E, NU, 1000.0)), strain)
+    law = law_for(Plate.from_material(made(name, E, NU, 1000.0)), strain)
     assert isinstance(law, PlaneStress)
     return law
 
@@ -107,6 +107,6 @@ def test_where_no_stretch_frees_it_there_is_no_state() -> None:
 
 def test_nothing_is_taken_apart_and_a_plate_of_a_plate_is_one() -> None:
     """Where the thickness follows the motion nothing locks, and laws of parts are those of solids."""
-    gel = Plate.made(MATERIALS["neo_hookean"](E, NU, 1000.0))
-    assert Plate.made(gel) is gel
+    gel = Plate.from_material(MATERIALS["neo_hookean"](E, NU, 1000.0))
+    assert Plate.from_material(gel) is gel
     assert parts_for(gel, "finite") is parts_for(gel, "small") is mixed_for(gel, "small") is None

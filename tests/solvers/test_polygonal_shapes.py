@@ -63,7 +63,7 @@ AREAS = {  # mm^2: pi (R + r) s of a frustum's side
 
 
 def kinds(shape: Shape) -> tuple[str, ...]:
-    return ("tet4", "tet10") if shape.lacks else ("tet4", "tet10", "hex8", "hex27")
+    return ("tet4", "tet10") if shape.no_hexahedra_reason else ("tet4", "tet10", "hex8", "hex27")
 
 
 @pytest.mark.parametrize("name", FLAT_SIDED)
@@ -96,7 +96,7 @@ def test_turned_bodies_are_met_with_the_order_of_the_facets(name: str) -> None:
     the tip costs a power, for there facets span a quarter of a turn however small they are. A hollow's facets miss as
     much the other way, so that the sum may pass through zero."""
     shape = TURNED[name]
-    size = math.pi * shape.widest / 8.0  # two cells along an eighth of a turn, and then four
+    size = math.pi * shape.largest_radius / 8.0  # two cells along an eighth of a turn, and then four
     for kind in kinds(shape):
         coarse, fine = (shape.mesh(kind, h) for h in (size, size / 2.0))
         for mesh in (coarse, fine):

@@ -136,6 +136,6 @@ def test_a_rigid_body_that_only_carries_along_does_not_rub() -> None:
     rest = TURNED.back(made.places(x))
     still = replace(made, carries=lambda share: RigidMotion(), posed=lambda share: BALL)
     f = still.forces((rest - still.X).ravel())
-    turn = TURNED.turn
+    turn = TURNED.rotation_matrix
     assert turn is not None
     np.testing.assert_allclose(made.forces(x), f @ turn.T, atol=1e-9 * np.abs(f).max())

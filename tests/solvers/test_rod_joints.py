@@ -36,7 +36,7 @@ def random_turns(rng: np.random.Generator, count: int) -> np.ndarray:
 
 def moved(rest: np.ndarray, joints: Joints, d: np.ndarray) -> np.ndarray:
     """The nodes after a plain increment of the points (6 p,)."""
-    return RodSpace(len(joints.point)).move(rest, joints.spread(d))
+    return RodSpace(len(joints.point)).move(rest, joints.node_increments(d))
 
 
 def gradient(energy: Energy, x: np.ndarray) -> np.ndarray:
@@ -73,7 +73,7 @@ def test_forces_are_adjoint_to_increments() -> None:
     rng = np.random.default_rng(2)
     _, joints = star(rng)
     d, g = rng.normal(size=36), rng.normal(size=48)
-    assert joints.spread(d) @ g == pytest.approx(d @ joints.gathered(g), rel=1e-13)
+    assert joints.node_increments(d) @ g == pytest.approx(d @ joints.forces_at_points(g), rel=1e-13)
 
 
 def energies(rest: np.ndarray, joints: Joints) -> list[JointedRods]:
@@ -132,7 +132,7 @@ def test_a_rigid_motion_strains_nothing() -> None:
 def test_a_stencil_with_a_part_of_a_rotation_is_refused() -> None:
     _, joints = star(np.random.default_rng(7))
     with pytest.raises(ValueError, match="whole rotations"):
-        joints.blocks(np.array([[0, 1, 2, 3, 4]]))
+        joints.point_stencils_with_derivatives(np.array([[0, 1, 2, 3, 4]]))
 
 
 @pytest.mark.parametrize("held", [[0], [0, 4], []])

@@ -337,7 +337,7 @@ def momenta(problem: Dynamics, duration: float, step: float) -> tuple[np.ndarray
     chart, M = chart_of(problem), np.asarray(problem.mass).reshape(-1, 6)
 
     def seen(motion: Motion) -> np.ndarray:
-        at, q, _ = chart.turned(motion.x)
+        at, q, _ = chart.positions_and_rotations(motion.x)
         p = M * motion.v.reshape(-1, 6)
         turning = np.einsum("nij,nj->i", rotation(q), p[:, 3:])
         return np.array([p[:, :3].sum(axis=0), np.cross(at, p[:, :3]).sum(axis=0) + turning])

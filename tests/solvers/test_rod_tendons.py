@@ -181,7 +181,7 @@ def test_a_free_rod_is_not_moved_by_its_tendon(name: str) -> None:
     step, duration = (1e-4, 0.03) if INTEGRATORS[name].explicit else (1e-3, 0.1)
 
     def momenta(motion: Motion) -> np.ndarray:
-        at, q, _ = chart.turned(motion.x)
+        at, q, _ = chart.positions_and_rotations(motion.x)
         p = M * motion.v.reshape(-1, 6)
         each = np.cross(at, p[:, :3]) + np.einsum("nij,nj->ni", rotation(q), p[:, 3:])
         return np.array([p[:, :3].sum(axis=0), each.sum(axis=0), [np.abs(p).max(), np.abs(each).max(), 0.0]])

@@ -21,7 +21,7 @@ def places(section: Section, n: int = 40) -> tuple[np.ndarray, np.ndarray, np.nd
     if isinstance(section, Rectangle):
         u, v = np.meshgrid(0.5 * section.width * x, 0.5 * section.height * x, indexing="ij")
         return u.ravel(), v.ravel(), 0.25 * section.area * np.outer(w, w).ravel()
-    inner, outer = section.hollow or 0.0, 0.5 * section.extents[0]
+    inner, outer = section.hole_radius or 0.0, 0.5 * section.extents[0]
     r, turn = inner + (outer - inner) * 0.5 * (1.0 + x), 2.0 * np.pi * np.arange(n) / n
     weights = np.outer(r * w * 0.5 * (outer - inner), np.full(n, 2.0 * np.pi / n))
     return np.outer(r, np.cos(turn)).ravel(), np.outer(r, np.sin(turn)).ravel(), weights.ravel()
@@ -55,7 +55,7 @@ def test_none_crosses_the_border(section: Section) -> None:
         normal = np.repeat([[0.0, 1.0], [1.0, 0.0]], 42, axis=0)
     else:
         turn = np.linspace(0.0, 6.0, 31)
-        radii = [r for r in (0.5 * section.extents[0], section.hollow) if r]
+        radii = [r for r in (0.5 * section.extents[0], section.hole_radius) if r]
         normal = np.tile(np.stack([np.cos(turn), np.sin(turn)], axis=1), (len(radii), 1))
         u, v = (np.repeat(radii, 31)[:, None] * normal).T
     for k in (1, 2, 3):
@@ -75,9 +75,9 @@ def test_it_is_in_equilibrium_and_its_strains_fit(section: Section, poisson: flo
     u, v, _ = places(section, 12)
     keep = rng.choice(len(u), 30, replace=False)
     u, v = 0.9 * u[keep], 0.9 * v[keep]
-    if section.hollow:
+    if section.hole_radius:
         r = np.hypot(u, v)
-        scale = np.maximum(r, section.hollow + 0.1) / r
+        scale = np.maximum(r, section.hole_radius + 0.1) / r
         u, v = scale * u, scale * v
 
     def of(carried: np.ndarray, du: float = 0.0, dv: float = 0.0) -> np.ndarray:

@@ -111,9 +111,9 @@ def test_a_tube_has_nodes_on_the_cuts_of_supports() -> None:
     from softmark.solvers.mesh.conforming_planes import Cut
 
     tube = Tube(0.1, 0.01, 0.006)
-    cut = tube.chord((0.0, 0.6, 0.8, 0.0))
+    cut = tube.cut_at_plane((0.0, 0.6, 0.8, 0.0))
     assert cut is not None
-    assert tube.chord((0.0, 0.6, 0.8, 0.001)) is None
+    assert tube.cut_at_plane((0.0, 0.6, 0.8, 0.001)) is None
     X = tube.mesh("hex8", SIZE, (cut, Cut("radius", 0.0085), Cut("along", 0.033))).points
     for level in (X @ [0.0, 0.6, 0.8], np.hypot(X[:, 1], X[:, 2]) - 0.0085, X[:, 0] - 0.033):
         assert (np.abs(level) < 1e-12).sum() > 10

@@ -238,10 +238,10 @@ def test_how_sharp() -> None:
         "tip": 0.2,
         "cone": 0.0,
     }
-    assert {kind: gap(kind).sharpest for kind in known} == pytest.approx(known)
-    ball = TriangleSurface(*Sphere(1.0).surface(0.1)).sharpest
+    assert {kind: gap(kind).least_curvature_radius for kind in known} == pytest.approx(known)
+    ball = TriangleSurface(*Sphere(1.0).surface(0.1)).least_curvature_radius
     assert 0.2 < ball < 1.5, "of what triangles stand for, by their narrowest pair"
-    assert TriangleSurface(*BRICK.surface(0.5)).sharpest == 0.0
+    assert TriangleSurface(*BRICK.surface(0.5)).least_curvature_radius == 0.0
 
 
 # ------------------------------------------------------------------ which shapes have one
@@ -354,7 +354,7 @@ def test_a_shape_that_is_turned_is_the_shape_declared_so() -> None:
         np.testing.assert_allclose(found, known, atol=1e-9)  # of a Hessian at 1e-3 of an edge
     np.testing.assert_allclose(posed.gap(X), lying.gap(X), atol=1e-14)
     assert posed.centroid == pytest.approx(lying.centroid)
-    assert posed.sharpest == lying.sharpest
+    assert posed.least_curvature_radius == lying.least_curvature_radius
 
 
 @pytest.mark.parametrize("kind", ALL)

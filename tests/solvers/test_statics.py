@@ -352,7 +352,7 @@ def test_follower_loads_are_judged_by_the_symmetric_part_whatever_solved_the_ste
         assert (newton.last.negative_pivots is None) == fine
         before = newton.last
         blind = method in ("multigrid", "conjugate_gradients")
-        assert newton.definite(pressed.rest) is (None if blind else known)
+        assert newton.is_tangent_definite(pressed.rest) is (None if blind else known)
         assert newton.last is before  # of which condition and rounding are told
 
 

@@ -39,7 +39,7 @@ def states(n: int = 5) -> Any:
 def test_what_is_held_pulls_with_the_derivative_of_its_energy(measure: StrainMeasure) -> None:
     """Central differences of 1e-6 at unit scale are right to 1e-8."""
     F, H = states()
-    P, A, h = measure.pulled(F, H), np.zeros((len(F), 3, 3, 3, 3)), 1e-6
+    P, A, h = measure.first_piola_stress(F, H), np.zeros((len(F), 3, 3, 3, 3)), 1e-6
     measure.add_tangent(F, H, A)
     for i in range(3):
         for j in range(3):
@@ -47,7 +47,7 @@ def test_what_is_held_pulls_with_the_derivative_of_its_energy(measure: StrainMea
             d[i, j] = h
             energy = [np.einsum("nij,nij->n", H, measure.strain(F + s * d)) for s in (1.0, -1.0)]
             np.testing.assert_allclose((energy[0] - energy[1]) / (2.0 * h), P[:, i, j], atol=1e-8)
-            pulled = [measure.pulled(F + s * d, H) for s in (1.0, -1.0)]
+            pulled = [measure.first_piola_stress(F + s * d, H) for s in (1.0, -1.0)]
             np.testing.assert_allclose((pulled[0] - pulled[1]) / (2.0 * h), A[:, :, :, i, j], atol=2e-8)
 
 
@@ -57,7 +57,7 @@ def test_a_rotation_changes_no_strain_and_turns_what_is_held(measure: StrainMeas
     R = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     R *= np.linalg.det(R)
     np.testing.assert_allclose(measure.strain(R @ F), measure.strain(F), atol=1e-14)
-    np.testing.assert_allclose(measure.pulled(R @ F, H), R @ measure.pulled(F, H), atol=1e-12)
+    np.testing.assert_allclose(measure.first_piola_stress(R @ F, H), R @ measure.first_piola_stress(F, H), atol=1e-12)
 
 
 def test_the_stress_of_a_law_is_what_pulls_as_the_law_does() -> None:
@@ -114,12 +114,12 @@ def walked(name: str, h: float, tau: list[float]) -> tuple[list[float], float]:
         (point,) = memories.over(h)
         now: Any = point.law.P(y[None])[0]
         work += 0.5 * float(((P + now) * (y - x)).sum())
-        memories, x, P = memories.accepted(y, h), y, now
+        memories, x, P = memories.history_after_step(y, h), y, now
         lost.append(memories.dissipated)
     (point,) = memories.energies
     own: Any = memories.each[0]
     stored = float(point.law.psi(x[None])[0]) + own.stored
-    assert not memories.unknown
+    assert not memories.has_unknown_energy
     return lost, (work - stored - lost[-1]) / work
 
 
@@ -163,10 +163,10 @@ def test_a_spring_stores_nothing_where_it_rests_and_never_less(name: str) -> Non
     assert law is not None
     C, other = shapes(4000, 0.4), shapes(4001, 0.4)[:4000]
     q = 0.5 * law.stress(other) + 0.3 * law.stress(C[::-1])  # of a past: shares of stresses
-    rest = law.resting(law.stress(C))
+    rest = law.rest_strain(law.stress(C))
     np.testing.assert_allclose(rest, C, atol=1e-7)
     assert law.stored(C, law.stress(C)).max() < 1e-12
-    raw = 0.5 * np.einsum("nij,nij->n", C - law.resting(q), law.stress(C) - q)
+    raw = 0.5 * np.einsum("nij,nij->n", C - law.rest_strain(q), law.stress(C) - q)
     assert raw.min() > 0.0
     assert law.stored(C, q).min() > 0.0
 
@@ -186,11 +186,11 @@ def test_where_a_spring_rests_is_the_shape_of_the_greatest_work(name: str) -> No
         return float(law.energy(np.array([np.trace(C) - 3.0]))[0] - 0.5 * np.sum(q[0] * C))
 
     found = minimize(energy, np.zeros(5), tol=1e-12)
-    rest = law.resting(q)
+    rest = law.rest_strain(q)
     own = law.energy(np.einsum("nii->n", rest) - 3.0) - 0.5 * np.einsum("nij,nij->n", q, rest)
     assert found.fun == pytest.approx(own[0], abs=1e-8)
     C, gel = shapes(2, 0.4)[:1], WORDS[word](**constants, density=1.0)
     whole = IsotropicBranch(gel.isochoric(), gel.shear_modulus, True)
     assert whole.stored(C, q)[0] == pytest.approx(law.stored(C, q)[0], rel=1e-9)
-    assert whole.rate(C, q)[0] == pytest.approx(law.rate(C, q)[0], rel=1e-9)
+    assert whole.dissipation_times_tau(C, q)[0] == pytest.approx(law.dissipation_times_tau(C, q)[0], rel=1e-9)
     assert np.linalg.det(rest[0]) == pytest.approx(1.0, rel=1e-12)

@@ -328,7 +328,7 @@ def test_each_side_of_a_border_has_its_own_stress() -> None:
     )
     X = np.array([[0.3, 0.5 - 1e-6, 0.4], [0.3, 0.5 + 1e-6, 0.4], [0.3, 0.5, 0.4]])
     np.testing.assert_allclose(found.at(X).cauchy[:, 0, 0], [0.2, 1.0, 1.0], rtol=1e-12)  # on it that of the stiffer
-    assert found.shared(X) == 1
+    assert found.count_interface_points(X) == 1
     np.testing.assert_allclose(found.unresolved(X), 0.0, atol=1e-12)
     nodes = found.at_nodes().cauchy[:, 0, 0]
     np.testing.assert_allclose(nodes, np.where(mesh.points[:, 1] < 0.49, 0.2, 1.0), rtol=1e-12)
@@ -348,7 +348,7 @@ def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> No
     y = np.array([0.5 * lines[1], lines[1], 0.5 * (lines[1] + lines[2]), lines[2], 0.99])
     X = np.stack([np.full(5, 0.3), y, np.full(5, 0.4)])
     np.testing.assert_allclose(found.at(X.T.copy()).cauchy[:, 0, 0], [0.2, 1.0, 1.0, 1.0, 0.2], rtol=1e-12)
-    assert found.shared(X.T.copy()) == 2
+    assert found.count_interface_points(X.T.copy()) == 2
 
 
 def test_all_nodes_after_those_of_one_material_have_a_stress() -> None:

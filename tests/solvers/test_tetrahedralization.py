@@ -103,7 +103,7 @@ def test_a_hole_over_many_triangles_is_closed_by_a_fan() -> None:
     assert found.repairs[0].startswith("1 hole closed, ")
     assert _watertight(found)
     short = 1.0 - found.volume / signed_volume(*fine)
-    assert 0.0 < short < found.doubt
+    assert 0.0 < short < found.relative_volume_uncertainty
 
 
 def _moebius() -> Surface:

@@ -64,7 +64,7 @@ def test_their_finer_space_holds_theirs(kind: str) -> None:
     assert len(above.mesh.cells) == len(mesh.cells) * (1 if kind == "tri3" else 8)
     assert above.mesh.volumes.min() > 0.0
     assert above.mesh.volumes.sum() == pytest.approx(PANEL.volume, rel=1e-13)
-    assert above.displaced(mesh.points) == pytest.approx(above.mesh.points, abs=1e-16)
+    assert above.interpolate_displacements(mesh.points) == pytest.approx(above.mesh.points, abs=1e-16)
 
 
 def test_a_region_reversed_or_folded_is_seen() -> None:

@@ -64,7 +64,7 @@ def followed(course, times, law=BAR, **more):
     energy, along, _ = cell(law)
     memory, last, forces = ViscoelasticHistory.at_rest(energy, series(law, **more)), 0.0, []
     for t in times:
-        memory, last = memory.accepted(course(t) * along, t - last), t
+        memory, last = memory.history_after_step(course(t) * along, t - last), t
         forces.append(pull(memory) * (1.0 if memory.series.measure is SMALL else 1.0 + course(t)))
     return memory, np.array(forces)
 
@@ -146,7 +146,7 @@ def test_what_is_dissipated_is_the_work_less_what_is_stored_and_never_falls() ->
         for _ in range(fine):
             force = pull(memory)
             x = x + way / fine * along
-            memory = memory.accepted(x, h / fine)
+            memory = memory.history_after_step(x, h / fine)
             work += 0.5 * (force + pull(memory)) * way / fine
             assert memory.dissipated >= before
             before = memory.dissipated
@@ -158,7 +158,7 @@ def test_what_is_dissipated_is_the_work_less_what_is_stored_and_never_falls() ->
 def test_what_a_short_step_dissipates_is_no_difference_of_nearly_equal_numbers(z: float) -> None:
     """A ramp to e in z tau: E g e^2 z / 3 (1 - 3 z / 4 + 7 z^2 / 20), the integral of (s - s^2/2 + s^3/6)^2."""
     energy, along, _ = cell()
-    memory = ViscoelasticHistory.at_rest(energy, series(g=np.array([0.5]), tau=np.array([1.0]))).accepted(
+    memory = ViscoelasticHistory.at_rest(energy, series(g=np.array([0.5]), tau=np.array([1.0]))).history_after_step(
         0.01 * along, z
     )
     exact = 0.5 * 0.01**2 * z / 3.0 * (1.0 - 0.75 * z + 0.35 * z * z)
@@ -227,11 +227,11 @@ def test_a_turn_of_the_body_turns_its_stress_and_leaves_its_memory() -> None:
     """Objectivity: the same history, followed by a rotation at once."""
     law = NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
-    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=GreenStrain())).accepted(0.5 * along, 0.7)
+    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=GreenStrain())).history_after_step(0.5 * along, 0.7)
     a = 0.9
     R = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
     x = mesh.points + (0.5 * along).reshape(-1, 3)
-    turned = memory.accepted((x @ R.T - mesh.points).ravel(), 0.0)
+    turned = memory.history_after_step((x @ R.T - mesh.points).ravel(), 0.0)
     before, after = np.zeros(24), np.zeros(24)
     memory.over(0.0).add_gradient(0.5 * along, before)
     turned.over(0.0).add_gradient((x @ R.T - mesh.points).ravel(), after)
@@ -247,11 +247,11 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
         shape, mu=law.shear_modulus, measure=IsochoricStrain(), bulk=np.inf, springs=first_invariant_branch(law)
     )
     memory = ViscoelasticHistory.at_rest(energy, known)
-    memory = memory.accepted(along, 0.0)  # twice as long
+    memory = memory.history_after_step(along, 0.0)  # twice as long
     assert memory.stored == pytest.approx(0.0, abs=1e-14)
     assert memory.dissipated == pytest.approx(0.0, abs=1e-14)
     for h in (0.1, 1.0, 10.0, 1000.0):
-        before, memory = memory, memory.accepted(along, h)
+        before, memory = memory, memory.history_after_step(along, h)
         assert memory.dissipated > before.dissipated
     assert memory.dissipated == pytest.approx(G.sum() * float(memory.W @ energy.w.ravel()), rel=1e-9)
 
@@ -277,7 +277,7 @@ def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(
     for h in (0.0, 0.3, 1e-9, 2.0, 50.0, 0.0, 0.01):
         t += h
         x = 0.2 * along + rng.normal(0.0, 0.05, 24)
-        memory = memory.accepted(x, h)
+        memory = memory.history_after_step(x, h)
         states.append(x.reshape(-1, 3))
         times.append(t)
     held = DisplacementHistory(times, states, law.P, G, TAU, word).remaining_stress(mesh.points, mesh.cells, "hex8")
@@ -286,8 +286,8 @@ def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(
     np.testing.assert_allclose(own[order[0]], held[order[1]], rtol=1e-10, atol=1e-12)
     F, H = np.eye(3) + rng.normal(0.0, 0.2, (5, 3, 3)), rng.normal(0.0, 1.0, (5, 3, 3))
     H = H + H.swapaxes(1, 2)
-    pulled = DisplacementHistory(times, states, law.P, G, TAU, word).pulled(F, H)
-    np.testing.assert_allclose(measure.pulled(F, H), pulled, atol=1e-11)
+    pulled = DisplacementHistory(times, states, law.P, G, TAU, word).first_piola_stress(F, H)
+    np.testing.assert_allclose(measure.first_piola_stress(F, H), pulled, atol=1e-11)
 
 
 # ------------------------------------------------------------------ in motion
@@ -350,8 +350,8 @@ def test_what_is_moved_at_once_in_a_motion_has_been_stretched_in_no_time() -> No
     acting = type("StepForces", (), {"internal": (), "now": None})()
     memory.reset(acting, 0.01 * along)
     memory.begin(acting, 5.0)
-    memory.tried(acting, 0.01 * along, 5.0)
-    memory.accepted()
+    memory.compute_provisional_history(acting, 0.01 * along, 5.0)
+    memory.accept_history()
     force = np.zeros(24)
     acting.internal[0].add_gradient(0.01 * along, force)
     assert np.abs(force).sum() / 2.0 == pytest.approx(0.01 * modulus(5.0), rel=1e-12)

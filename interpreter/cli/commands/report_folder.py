@@ -84,7 +84,7 @@ class ReportWriter:
             return "nothing was finished"
         return f"{self.count} finished model{'s' if self.count != 1 else ''} in {places[0]}"
 
-    def keep(self, report: Report) -> None:
+    def save_unfinished(self, report: Report) -> None:
         """Save the report of an unfinished run, unless one was saved a short time ago."""
         self.pending = report
         begin = time.perf_counter()

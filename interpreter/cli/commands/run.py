@@ -85,7 +85,7 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
 
     shelf = ReportWriter(parsed)
     stated = () if parsed.stated else None
-    options = RunOptions(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
+    options = RunOptions(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.save_unfinished, warn, stated=stated,
                       free=True, beside=True)  # fmt: skip
     try:
         text = (

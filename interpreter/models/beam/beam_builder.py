@@ -193,7 +193,7 @@ def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBea
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        jumped=space.jumped,
+        jumped=space.has_rotation_jump,
         bold=False,
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
@@ -227,8 +227,8 @@ def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | 
     """
     shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
     if shape.tapered:
-        return VaryingStiffness(stiffnesses(shape, stations, case.material)).without(shape.length, **flexible)
-    return section_properties(shape.section, case.material).stiffness.without(shape.length, **flexible)
+        return VaryingStiffness(stiffnesses(shape, stations, case.material)).with_suppressed_modes(shape.length, **flexible)
+    return section_properties(shape.section, case.material).stiffness.with_suppressed_modes(shape.length, **flexible)
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:

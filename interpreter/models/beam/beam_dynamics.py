@@ -76,7 +76,7 @@ class MovingBeam(PreparedMotion):
         self._turning.reset()
         return super()._step_error()
 
-    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+    def _mode_displacement_field(self, shape: Floats) -> Callable[[Floats], Floats]:
         """Return the displacement field of a vibration mode `shape` (dofs,).
 
         It is computed by a finite difference, because points of a section rotate with it.
@@ -84,17 +84,17 @@ class MovingBeam(PreparedMotion):
         size = float(np.abs(shape).max(initial=0.0)) or 1.0
         self._turning.reset()
         small = NUDGE / size
-        shift = self._shift(self._turning.chart.state(small * shape))
+        shift = self._displacement_field(self._turning.chart.state(small * shape))
         return lambda X: np.asarray(shift(X)) / small
 
-    def _shift(self, x: Floats) -> Callable[[Floats], Floats]:
+    def _displacement_field(self, x: Floats) -> Callable[[Floats], Floats]:
         """Return the displacement field, a function of points (n, 3), m, of a state x (nodes * 7,)."""
         rest = self.rest
         return lambda X: displacement_at(x, rest, X)
 
-    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+    def _solution_fields(self, times: Floats, states: Floats) -> dict[str, Any]:
         """Return the solution fields `course` and `displacement` (at the end); beams have no mesh."""
-        shifts = [self._shift(x) for x in states]
+        shifts = [self._displacement_field(x) for x in states]
 
         def course(X: Floats) -> Floats:
             """Return displacements (t, n, 3), m, of material points X (n, 3), m."""

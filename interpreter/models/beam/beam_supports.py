@@ -44,7 +44,7 @@ def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Float
     Raises Fault. The nodes of the rod are at the `stations`, m from the root.
     """
     held = _support_constraints(case, stations, 1.0)
-    found, target = held.finished()
+    found, target = held.held_dofs_and_values()
     way = held.turns(found, target, points_of(case, np.array(stations)), 6)
     if way is not None:
         _support_constraints(case, stations, way.early)  # supports must also agree at smaller load fractions

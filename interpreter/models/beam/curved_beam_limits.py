@@ -55,4 +55,4 @@ def slender_rod_error(shape: Swept) -> float:
     1858; Timoshenko and Goodier 1970, section 29). The estimate is conservative: tests/interpreter/test_arcs.py
     compares it with solids.
     """
-    return (max(shape.section.extents) * shape.bend) ** 2
+    return (max(shape.section.extents) * shape.axis_curvature) ** 2

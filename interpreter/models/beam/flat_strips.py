@@ -67,7 +67,7 @@ def ovalling_softening(section: Section, poisson: float, curvature: float) -> fl
     Source: Brazier (1927), "On the flexure of thin cylindrical shells", the work of bending to second order in
     curvature.
     """
-    if (hollow := section.hollow) is None:
+    if (hollow := section.hole_radius) is None:
         return 0.0
     outer = 0.5 * max(section.extents)
     r, t = 0.5 * (outer + hollow), outer - hollow

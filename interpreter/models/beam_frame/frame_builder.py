@@ -133,7 +133,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildCon
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        jumped=space.jumped,
+        jumped=space.has_rotation_jump,
         bold=bool(np.any(target)),  # in a closed loop an imposed displacement bends all members at once
         extent=extent,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),
@@ -159,7 +159,7 @@ def rods(layout: Layout) -> RodElastic:
 
 def _load(layout: Layout, load: Declared) -> Energy:
     """Return the energy of one load: nodal forces, or a moment on one section."""
-    forces = np.zeros((len(layout.point), 3))
+    forces = np.zeros((len(layout.point_of_node), 3))
     match load.thing.action:
         case MomentLoad(where=where, moment=moment):
             from softmark.solvers.energies.rod_loads import RodMoments

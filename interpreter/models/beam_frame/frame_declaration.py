@@ -207,7 +207,7 @@ def _slenderness_warnings(declared: Declared, network: Network) -> Iterator[Diag
 
 def _warn_of_crossing_members(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
     """Yield a warning if members pass through each other without a joint."""
-    pair = network.crossing()
+    pair = network.find_crossing_members()
     if pair is not None:
         one, other = pair
         shared = set(network.pairs[one - 1]) & set(network.pairs[other - 1])

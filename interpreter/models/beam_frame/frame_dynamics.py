@@ -30,7 +30,7 @@ class MovingNetwork(MovingBeam):
 
     layout: Layout | None = None
 
-    def _shift(self, x: Floats) -> Shifts:
+    def _displacement_field(self, x: Floats) -> Shifts:
         """Return the displacement field of the frame in a state x (nodes * 7,)."""
         assert self.layout is not None
         return Shifts(self.layout, x)
@@ -56,5 +56,5 @@ def _forces_at_points(layout: Layout, energy: Energy) -> Floats:
     """Return the dead nodal forces of a load, summed at the points of the network (p, 3), N."""
     assert isinstance(energy, RodForces)  # validation refuses moments in dynamics
     found = np.zeros((layout.count, 3))
-    np.add.at(found, layout.point, energy.forces)
+    np.add.at(found, layout.point_of_node, energy.forces)
     return found

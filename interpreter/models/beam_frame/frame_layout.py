@@ -73,7 +73,7 @@ class Layout:
         return np.concatenate([own + m * (self.segments + 1) for m in range(len(self.network.members))])
 
     @cached_property
-    def point(self) -> Ints:
+    def point_of_node(self) -> Ints:
         """Index of the point that each node belongs to (n,)."""
         inner, first = self.segments - 1, len(self.network.points)
         found = []
@@ -90,7 +90,7 @@ class Layout:
     def first(self) -> Ints:
         """Index of one node at each point (p,)."""
         found = np.zeros(self.count, dtype=np.int64)
-        found[self.point[::-1]] = np.arange(len(self.point))[::-1]
+        found[self.point_of_node[::-1]] = np.arange(len(self.point_of_node))[::-1]
         return found
 
     @cached_property
@@ -102,7 +102,7 @@ class Layout:
     @cached_property
     def joints(self) -> Joints:
         """Rigid connection of nodes to points."""
-        return Joints.of(self.rest, self.point, self.axes)
+        return Joints.of(self.rest, self.point_of_node, self.axes)
 
     def frames(self, x: Floats) -> Floats:
         """Return the axes of the points, as columns (p, 3, 3), in a state x (n * 7,) of the nodes."""
@@ -128,8 +128,8 @@ class Layout:
         frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
         found: Floats = frames[self.first].copy()
         own = np.zeros((self.count, 3, 3))
-        np.add.at(own, self.point, np.einsum("nik,nk,njk->nij", frames, self._nodal_mass_and_inertia[1], frames))
-        several = np.bincount(self.point) > 1
+        np.add.at(own, self.point_of_node, np.einsum("nik,nk,njk->nij", frames, self._nodal_mass_and_inertia[1], frames))
+        several = np.bincount(self.point_of_node) > 1
         found[several] = np.linalg.eigh(own[several])[1]
         found[several, :, 0] *= np.sign(np.linalg.det(found[several]))[:, None]
         for i, axis in self.hinges.items():
@@ -142,7 +142,7 @@ class Layout:
         found = np.zeros((self.count, 6))
         np.add.at(
             found,
-            self.point,
+            self.point_of_node,
             np.concatenate([np.repeat(mass[:, None], 3, 1), self._inertia_about_point_axes(turning)], axis=1),
         )
         return found.ravel()
@@ -168,7 +168,7 @@ class Layout:
     def held_points(self, support: Declared) -> Ints:
         """Return the indices of the points that a support holds (k,)."""
         points, whole, _ = frame_selection.select_points_and_members(support.thing.where, self.network)
-        inner = [self.point[self.nodes(m)] for m in whole]
+        inner = [self.point_of_node[self.nodes(m)] for m in whole]
         return np.unique(np.concatenate([np.array(points, dtype=np.int64), *inner]))
 
     def holds(self, support: Declared) -> NDArray[np.bool_]:
@@ -176,10 +176,10 @@ class Layout:
         found = np.zeros((self.count, 6), dtype=np.bool_)
         for i in self.held_points(support).tolist():
             found[i, list(support.thing.components)] = True
-            found[i, [3 + t for t in self._turns(support, i)]] = True
+            found[i, [3 + t for t in self._prevented_rotation_axes(support, i)]] = True
         return found
 
-    def _turns(self, support: Declared, point: int) -> tuple[int, ...]:
+    def _prevented_rotation_axes(self, support: Declared, point: int) -> tuple[int, ...]:
         """Return the axes of a held point, as indices, about which the support prevents rotation."""
         if not isinstance(support.thing, Pinned):
             return (0, 1, 2)
@@ -204,4 +204,4 @@ class Layout:
                     held.impose(6 * i + c, moved[c], support, self.X[i], AXES[c])
                 for t in turns.tolist():
                     held.impose(6 * i + 3 + t, 0.0, support, self.X[i], AXES[int(np.abs(self.axes[i][:, t]).argmax())])
-        return held.finished()
+        return held.held_dofs_and_values()

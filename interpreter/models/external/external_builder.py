@@ -160,7 +160,7 @@ class PreparedOutside:
         spent = elapsed_time(answer, end, model.threads)
         known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
         known |= {} if answer.iterations is None else {"iterations": answer.iterations}
-        return replace(self._judged(answer, u, problem, known), spent=spent)
+        return replace(self._make_checked_solution(answer, u, problem, known), spent=spent)
 
     def _read_answer(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
         """Return the results of a program and their displacements.
@@ -183,7 +183,7 @@ class PreparedOutside:
 
     # ------------------------------------------------------------------ judging
 
-    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+    def _make_checked_solution(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
         """Return the solution with displacements u (n, 3), m, after checking their residual in softmark's equations.
 
         `known` are entries of its report.
@@ -215,7 +215,7 @@ class PreparedOutside:
         if not residual <= allowed:
             return Solution("not_converged", self._unbalanced_message(residual, allowed), known)
         state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"solved by {title}")
-        return self._with_program_facts(self.solid.finish(state), known)
+        return self._with_program_facts(self.solid.make_solution(state), known)
 
     def _unbalanced_message(self, residual: float, allowed: float) -> str:
         """Return the error message for a residual, relative to the loads, that exceeds the `allowed` one."""
@@ -272,7 +272,7 @@ class PreparedExternalDynamics(PreparedOutside):
         """Return the displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if they are invalid."""
         return states(answer, problem, len(self.motion.after))
 
-    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+    def _make_checked_solution(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
         """Return the solution after checking that the program's displacements satisfy the supports.
 
         Equilibrium is not checked, because the mechanical model is the program's own.

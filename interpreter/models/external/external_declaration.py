@@ -142,7 +142,7 @@ class ExternalSolver(ExternalModel):
         return [
             *problem_transfer.reasons(self.solid, case, moves),
             *self._features_excluded_by_program(case),
-            *self.of_steps(case),
+            *self.invalid_step_options(case),
         ]
 
     def _features_excluded_by_program(self, case: Case) -> Iterator[Reason]:

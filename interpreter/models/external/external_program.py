@@ -70,7 +70,7 @@ class ExternalModel(Model):
         each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
         return f"{self.program_entry.title} cannot represent {', '.join(each)}"
 
-    def of_steps(self, case: Case) -> Iterator[Reason]:
+    def invalid_step_options(self, case: Case) -> Iterator[Reason]:
         """Yield each invalid time step option of the model, with a reason.
 
         `step` and `iterations` are invalid for a static program. `step` is also invalid if the duration of the motion

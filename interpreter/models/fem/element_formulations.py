@@ -282,7 +282,7 @@ class Unknowns:
 
         return [DisplacementEnergy(load, self.displacements) for load in loads]
 
-    def of_displacements(self, of: Callable[[Floats], T]) -> Callable[[Floats], T]:
+    def extend_function(self, of: Callable[[Floats], T]) -> Callable[[Floats], T]:
         """Return a function of displacements as a function of all unknowns."""
         return lambda x: of(self.moved(x))
 
@@ -290,7 +290,7 @@ class Unknowns:
         """Return the displacements of a state x (dofs,)."""
         return x[: self.displacements]
 
-    def pressed(self, energies: Sequence[Energy], pieces: Sequence[MaterialRegion], x: Floats) -> Floats | None:
+    def cell_pressures(self, energies: Sequence[Energy], pieces: Sequence[MaterialRegion], x: Floats) -> Floats | None:
         """Return the pressures of each cell (m, b), Pa, in a state x (dofs,); None if pressures are not unknowns.
 
         Each of the energies belongs to the cells of the corresponding piece.
@@ -307,7 +307,7 @@ class Unknowns:
             found[own.which] = energy.unit * x[energy.pressures]
         return found
 
-    def begun(self, u: Floats | None) -> Floats | None:
+    def start_state(self, u: Floats | None) -> Floats | None:
         """Return a state with displacements u and zero pressures; None without u.
 
         The first Newton step finds the pressures.

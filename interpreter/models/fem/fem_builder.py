@@ -97,7 +97,7 @@ class PreparedSolid(MeshBasedModel):
     loose: UnsupportedBody | None = None  # set if supports leave the body free and contact must hold it
 
     @property
-    def driven(self) -> tuple[tuple[Declared, Energy], ...]:
+    def amplitude_scaled_energies(self) -> tuple[tuple[Declared, Energy], ...]:
         """Energies of loads and muscles, one of each, which are all energies that an amplitude scales."""
         return (*self.applied, *self.muscles)
 
@@ -141,15 +141,15 @@ class PreparedSolid(MeshBasedModel):
         remedy = remedy if self.loose is None else f"add a support or a contact that holds the body, or {remedy}"
         problem = replace(self.problem, watch=watch)
         if self.before is not None:
-            problem = replace(problem, start=self.unknowns.begun(self.before))
+            problem = replace(problem, start=self.unknowns.start_state(self.before))
         if self.first is None:
             return static_result.solve_static(
-                lambda: self._find_equilibrium(problem), remedy, self.finish, self._describe_free_motion
+                lambda: self._find_equilibrium(problem), remedy, self.make_solution, self._describe_free_motion
             )
-        begun = self.first.begin(self.mesh.points, watch)
-        problem = replace(problem, start=self.unknowns.begun(begun.x))
+        begun = self.first.solve_guess(self.mesh.points, watch)
+        problem = replace(problem, start=self.unknowns.start_state(begun.x))
         found = static_result.solve_static(
-            lambda: equilibrium(problem), remedy, self.finish, self._describe_free_motion
+            lambda: equilibrium(problem), remedy, self.make_solution, self._describe_free_motion
         )
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
@@ -181,7 +181,7 @@ class PreparedSolid(MeshBasedModel):
         """Return a description of a motion d (dofs,) that no stiffness resists."""
         return static_result.describe_free_motion(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
-    def finish(self, found: Equilibrium) -> Solution:
+    def make_solution(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
         u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
         solution = static_result.solution_of(found, displacement_of(self.mesh, u))
@@ -189,7 +189,7 @@ class PreparedSolid(MeshBasedModel):
         facts |= interaction_setup.rigid_body_report(self, facts.pop("pressed", None))
         beside = interaction_setup.contacts_at_equilibrium(self, found)
         kept, adrift = interaction_setup.describe_free_motions(self, beside, x)
-        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
+        pressures = self.unknowns.cell_pressures(self.solid, self.pieces, found.x)
         doubts = (
             *static_result.uniqueness_warnings(self.declared, found),
             *self_intersections.intersection_warnings(self.declared, facts),
@@ -218,7 +218,7 @@ class PreparedSolid(MeshBasedModel):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._nodal_forces(found.x, x, beside, met["rubbed"])))
 
-    def carried_in(self, state: Floats) -> nodal_forces.NodalForces:
+    def nodal_forces_in_state(self, state: Floats) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state (dofs,), with contacts as they are initially and no friction history."""
         return self._nodal_forces(state, self.unknowns.moved(state), self.contacts, {})
 
@@ -319,7 +319,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
     from softmark.interpreter.models.shared.solid_dynamics import build_solid_dynamics
 
-    known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
+    known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.amplitude_scaled_energies)
     return include_free_rigid_bodies(
         build_solid_dynamics(static, declared, case, *known, static.problem, len(static.muscles)), case
     )
@@ -360,14 +360,14 @@ def build_static(
         case.analysis.tolerance,
         case.analysis.max_iterations,
         None if twins is None else assembly.with_internal([*twins, *beyond]),
-        unknowns.of_displacements(inversion_test(model, elastic)),
-        unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
+        unknowns.extend_function(inversion_test(model, elastic)),
+        unknowns.extend_function(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
         linear=element_formulations.saddle_point_solver(Linear(), assembly),
-        resultant=unknowns.of_displacements(resultant_on(mesh.points)),
+        resultant=unknowns.extend_function(resultant_on(mesh.points)),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
@@ -474,7 +474,7 @@ def _element_corotational_energy(model: Fem, case: Case, mesh: Mesh, elastic: El
 
 def _initial_stiffness(e: Elastic, rest: Floats) -> Floats:
     """Return the initial stiffness matrix of each cell (m, 3a, 3a), N/m; varying moduli enter as weights."""
-    if not e.varies:
+    if not e.has_varying_constants:
         return element_corotational.element_stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
     law: Any = e.law
     unit = (replace(law.law, mu=1.0, lam=0.0), replace(law.law, mu=0.0, lam=1.0))

@@ -28,7 +28,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:
         wall, cpu = time.perf_counter(), time.process_time()
-        at = declared.at("mesh") if model.mesh is not None else case.shaped
+        at = declared.at("mesh") if model.mesh is not None else case.shape_location
         shape = download_shape(model.mesh or case.shape, at)
         cuts = model.cuts(case, shape)
         try:
@@ -55,7 +55,7 @@ def _make_mesh(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
         return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
     from softmark.interpreter.problem import mesh_group_conditions
 
-    mesh = shape.named(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
+    mesh = shape.mesh_with_groups(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
     mesh_group_conditions.check(case.groups, mesh)
     return mesh
 

@@ -90,13 +90,13 @@ class PreparedViscoelastic(MeshBasedModel):
     @property
     def applied(self) -> tuple[tuple[Declared, Energy], ...]:  # type: ignore[override]
         """Loads at the present time, each separately."""
-        acting = self.timed.acting(self.static.driven, self._now)[: len(self.case.loads)]
+        acting = self.timed.acting(self.static.amplitude_scaled_energies, self._now)[: len(self.case.loads)]
         return tuple((load, energy) for load, (_, energy) in zip(self.case.loads, acting, strict=True))
 
     @property
-    def pulling(self) -> list[Energy]:
+    def muscle_energies(self) -> list[Energy]:
         """Active energies of muscles at the present time, each separately."""
-        return [energy for _, energy in self.timed.acting(self.static.driven, self._now)[len(self.case.loads) :]]
+        return [energy for _, energy in self.timed.acting(self.static.amplitude_scaled_energies, self._now)[len(self.case.loads) :]]
 
     @property
     def size(self) -> dict[str, int]:
@@ -136,7 +136,7 @@ class PreparedViscoelastic(MeshBasedModel):
 
     # ------------------------------------------------------------------ time
 
-    def instants(self) -> list[InstantLoading]:
+    def step_loadings(self) -> list[InstantLoading]:
         """Return loads and supports at the end of every time step since the previous output time."""
         return self.timed.after(None if self.before is None else self.before.time)
 
@@ -151,7 +151,7 @@ class PreparedViscoelastic(MeshBasedModel):
 
         def find() -> Any:
             """Return the equilibrium at the present time."""
-            came[0] = advance_through(problem, first, self.instants())
+            came[0] = advance_through(problem, first, self.step_loadings())
             if came[0].found is None:
                 came[0] = advance_in_time(problem, came[0], self.timed.at(self._now, False))
             found: Any = came[0].found
@@ -171,41 +171,41 @@ class PreparedViscoelastic(MeshBasedModel):
             *static._large_rotation_warnings(x),
             *static._kirchhoff_compression_warnings(x),
             *static_result.uniqueness_warnings(static.declared, found),
-            *self._doubts(state),
+            *self._dissipation_warnings(state),
         )
-        none = state.memories.unknown
+        none = state.memories.has_unknown_energy
         stored, lost = (np.nan, np.nan) if none else (state.stored, state.dissipated)
         energies = {"work_J": state.work, "stored_J": None if none else stored, "dissipated_J": None if none else lost,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | mesh_facts(static.mesh) | {"energies_in_time": energies}
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
-        pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
+        pressures = static.unknowns.cell_pressures(static.solid, static.pieces, state.x)
         moved = MeshWithHistory(
             static.mesh, u, pressures=pressures, left=left, past=self._displacement_history(state), aged=state
         )
         ring = vibrations.without_frequencies("frequencies of a viscoelastic body are not available")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
-        return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
+        return replace(seen, carried=cache(lambda: self._nodal_forces(state, x, stored, lost)))
 
     def _displacement_history(self, state: StateInTime) -> DisplacementHistory:
         """Return the history of nodal displacements."""
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
         return DisplacementHistory(state.times, each)
 
-    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
+    def _nodal_forces(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state with `stored` and dissipated (`lost`) energy, J."""
         small = self.static.model.strain == "small"
         if state.problem is None:
             raise ValueError("no step was solved")
         found = nodal_forces.on_mesh(self.mesh, state.x, u, state.problem.assembly, self.applied, small, True,
-                                self.static.axial, self.pulling)  # fmt: skip
+                                self.static.axial, self.muscle_energies)  # fmt: skip
         found = replace(found, energy=stored, dissipated=lost)
         return nodal_forces.add_foundation_forces(found, self.static.beds) if self.static.beds else found
 
-    def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
+    def _dissipation_warnings(self, state: StateInTime) -> Iterator[Diagnostic]:
         """Yield a warning if the dissipated energy decreases in time, which is physically impossible."""
         yield from dissipation_warnings(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
-                             state.memories.unknown)  # fmt: skip
+                             state.memories.has_unknown_energy)  # fmt: skip
 
 
 # ------------------------------------------------------------------ building
@@ -220,7 +220,7 @@ def build_relaxation_dynamics(model: Fem, declared: Declared, case: Case, worksh
     known = _energies_with_history(model, static)
     mesh, mass, pulling = static.mesh, mass_of(model, case, static.mesh, parts), len(static.muscles)
     made = solid_dynamics.build_solid_dynamics(
-        static, declared, case, mesh, mass, known.energies, static.driven, static.problem, pulling
+        static, declared, case, mesh, mass, known.energies, static.amplitude_scaled_energies, static.problem, pulling
     )
     remembering = ViscoelasticStep(known, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
@@ -232,13 +232,13 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
         return build_relaxation_dynamics(model, declared, case, workshop)
     whole = case_at_full_size(case)
     static, _ = build_static(model, declared, whole, workshop)
-    loads, problem = [energy for _, energy in static.driven], static.problem
+    loads, problem = [energy for _, energy in static.amplitude_scaled_energies], static.problem
     memories, old = _energies_with_history(model, static), problem.assembly
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = owners_of(whole, static.mesh, workshop, problem.fixed)
     return PreparedViscoelastic(
-        static, case, memories, AmplitudeSchedule.of(whole, static.driven, owners, problem.target)
+        static, case, memories, AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, problem.target)
     )
 
 

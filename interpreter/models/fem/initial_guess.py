@@ -71,7 +71,7 @@ class GuessModel:
     name: str
     prepared: Prepared
 
-    def begin(self, X: Floats, watch: Watch) -> InitialGuess:
+    def solve_guess(self, X: Floats, watch: Watch) -> InitialGuess:
         """Solve the model, and return its solution at nodes X (n, 3), m, of the other mesh."""
         wall, cpu = time.perf_counter(), time.process_time()
         solution = self.prepared.solve(watch)

@@ -71,11 +71,11 @@ class PreparedPoroelastic(PreparedViscoelastic):
     drains: tuple[tuple[str, Ints], ...] = ()
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
-    def instants(self) -> list[InstantLoading]:
+    def step_loadings(self) -> list[InstantLoading]:
         """Return loads and supports at both stages of every time step since the previous output time."""
         begin = 0.0 if self.before is None else self.before.time
         found: list[InstantLoading] = []
-        for end in PreparedViscoelastic.instants(self):
+        for end in PreparedViscoelastic.step_loadings(self):
             if end.time - begin > SAME * self.analysis.step:
                 found.append(self.timed.at(begin + INNER * (end.time - begin), False))
             found.append(end)
@@ -85,17 +85,17 @@ class PreparedPoroelastic(PreparedViscoelastic):
     def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution with fluid results; its status is not converged if the fluid balance is violated."""
         solution, pores = PreparedViscoelastic._finish(self, found, state), find_pore_fluid(state.memories)
-        shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
+        shown = {"balance": pores.fluid_balance_error, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
                  "smallest_step_s": self.smallest,
                  "unresolved": pores.unresolved}  # fmt: skip
         facts = solution.facts | {"fluid": shown}
-        if pores.balance <= BALANCED:
+        if pores.fluid_balance_error <= BALANCED:
             moved: Any = solution.mesh
             seen = replace(moved, pore_pressure=nodal_pressures(self.mesh, pores.energy, state.x))
             return replace(
                 solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._flow_resolution_warnings(pores))
             )
-        reason = f"the fluid volume is not conserved: {pores.balance:.1e} of the fluid that moved is lost or gained"
+        reason = f"the fluid volume is not conserved: {pores.fluid_balance_error:.1e} of the fluid that moved is lost or gained"
         return Solution("not_converged", reason, facts)
 
     def _flow_resolution_warnings(self, pores: PoreFluid) -> Iterator[Diagnostic]:
@@ -115,12 +115,12 @@ class PreparedPoroelastic(PreparedViscoelastic):
         """Return the volume that has left through each drained support, m^3."""
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
-    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
+    def _nodal_forces(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state, including the forces of the fluid pressure.
 
         `stored` and `lost` are the stored and the dissipated energy, J.
         """
-        found = PreparedViscoelastic._carried(self, state, u, stored, lost)
+        found = PreparedViscoelastic._nodal_forces(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
         return replace(
             found, fluid=Fluid(self.mesh, nodal_pressures(self.mesh, pores.energy, state.x), self._outflows(pores))
@@ -152,7 +152,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     which = np.zeros(own.dofs - 3 * own.nodes, dtype=np.bool_)
     which[places] = True
     memories = BodyHistory((PoreFluid.at_rest(own, which), *static.beds.values()))
-    loads = static.unknowns.loads([energy for _, energy in static.driven])
+    loads = static.unknowns.loads([energy for _, energy in static.amplitude_scaled_energies])
     assembly = Assembly(old.dofs, fixed, memories.energies, loads, old.points)
     linear = replace(element_formulations.saddle_point_solver(Linear(), assembly), halved=True)
     tolerance = min(problem.tolerance, TIGHT)
@@ -162,7 +162,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     static = replace(static, problem=problem)
     drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
                    for d in whole.drains)  # fmt: skip
-    timed = AmplitudeSchedule.of(whole, static.driven, owners, target)
+    timed = AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, target)
     made = PreparedPoroelastic(static, case, memories, timed, drains=drains)
     return _check_step_size(made, drained)
 

@@ -87,14 +87,14 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
             f"{help} cells are smaller: write both, or neither",
         )
     shape = case.shape
-    if model.mesh is not None or not (shape.gradable or shape.enclosed):
+    if model.mesh is not None or not (shape.gradable_coordinates or shape.enclosed):
         return diagnostic("E340", declared.at("refine_factor"), f"the mesh of `{declared.name}` cannot be graded",
                           "not for this shape", "use a smaller `size`: only boxes, cylinders, tubes, cones, "
                                                "extruded polygons, spherical shells, quadrilaterals, "
                                                "quarter rings and filled surfaces can be graded")  # fmt: skip
     if conforming_mesh.graded_cuts(model.refine_at, shape, model.refine_factor):
         return None
-    ways = ", ".join(f"`{name}`" for name in shape.gradable)
+    ways = ", ".join(f"`{name}`" for name in shape.gradable_coordinates)
     problem = f"the mesh of `{declared.name}` cannot be refined towards the region of `refine_at`"
     help = (
         f"write a region that ends at a constant {ways} inside the shape or at its ends, as in `refine_at = x <= 0 mm`"

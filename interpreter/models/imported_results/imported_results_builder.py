@@ -97,7 +97,7 @@ class PreparedResults(Meshless):
         file and X has other points.
         """
         far = float(self.found.outside(X).max(initial=0.0))
-        if far > 0.0 and not self.found.spans:
+        if far > 0.0 and not self.found.can_interpolate:
             away = f"a probe is {units.format_value(far, units.LENGTH)} away from them"
             if self.found.wired:
                 raise _unmatched_fault(
@@ -167,7 +167,7 @@ def _read(declared: Declared, field: str) -> ResultFile:
 def _match_file_to_body(model: Results, declared: Declared, case: Case) -> tuple[Matched, ResultFile]:
     """Return the result file matched to the body, and the content of the file. Raises Fault."""
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
-    nodes: Mesh | None = download_shape(case.shape, declared.at("by")).named() if model.by == "nodes" else None
+    nodes: Mesh | None = download_shape(case.shape, declared.at("by")).mesh_with_groups() if model.by == "nodes" else None
     try:
         depth = case.body.thing.thickness if case.planar else None
         return match_points(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
@@ -339,8 +339,8 @@ def _one_sided_distances(found: Matched, body: Floats) -> tuple[float, float]:
     for a table along a line or on a surface, which need not cover the body: its probes are evaluated at its points.
     """
     low, high = body.min(axis=0), body.max(axis=0)
-    beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())
-    far = float(found.outside(body).max(initial=0.0)) if found.spans else 0.0
+    beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.spatial_dimension].max())
+    far = float(found.outside(body).max(initial=0.0)) if found.can_interpolate else 0.0
     return far, max(0.0, beyond)
 
 

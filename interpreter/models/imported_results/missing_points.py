@@ -30,13 +30,13 @@ def find_missing_points(
     the number of nodes of a body read from a file that have no row. All are zero for a table along a line or on a
     surface, which need not cover the body.
     """
-    if not found.spans or len(found.X) < 2:
+    if not found.can_interpolate or len(found.X) < 2:
         return {"between": 0.0, "usual": 0.0, "lacks": None}, ()
-    hole, usual = float(found.apart(points_throughout(case, place)).max(initial=0.0)), found.usual
+    hole, usual = float(found.nearest_point_distances(points_throughout(case, place)).max(initial=0.0)), found.usual
     file = Path(declared.thing.path).name
     told = {"between": hole, "usual": usual, "lacks": None}
-    if isinstance(shape := download_shape(case.shape, case.shaped), MeshFile):
-        off = found.apart(shape.points())
+    if isinstance(shape := download_shape(case.shape, case.shape_location), MeshFile):
+        off = found.nearest_point_distances(shape.points())
         none = off > SAME * found.extent
         told["lacks"] = int(none.sum())
         if 0.0 < none.mean() <= 1.0 - MOST:

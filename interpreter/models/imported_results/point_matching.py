@@ -96,15 +96,15 @@ class Matched:
         one.
         """
         far, nearest = self._tree.query(X)
-        many = self.ways + 1
+        many = self.spatial_dimension + 1
         which, share = np.repeat(nearest[:, None], many, axis=1), np.tile(np.eye(many)[0], (len(X), 1))
         beside = np.flatnonzero(far > SAME * self.extent)
         if not len(beside):
             return which, share, np.zeros(len(X))
         outside = np.where(far > SAME * self.extent, far, 0.0)
-        if not self.spans:
+        if not self.can_interpolate:
             return which, share, outside
-        X = X[:, : self.ways]
+        X = X[:, : self.spatial_dimension]
         simplex = self._simplices.find_simplex(X[beside])
         within, simplex = beside[simplex >= 0], simplex[simplex >= 0]
         T = self._simplices.transform[simplex]
@@ -114,7 +114,7 @@ class Matched:
         outside[within] = 0.0
         return which, share, outside
 
-    def apart(self, X: Floats) -> Floats:
+    def nearest_point_distances(self, X: Floats) -> Floats:
         """Return the distances of points X (k, 3), m, from the nearest point of the file (k,), m."""
         found: Floats = self._tree.query(self._project_to_slice(X))[0]
         return found
@@ -125,18 +125,18 @@ class Matched:
         return float(np.quantile(self._tree.query(self.X, k=2)[0][:, 1], USUALLY))
 
     @property
-    def ways(self) -> int:
+    def spatial_dimension(self) -> int:
         """Dimension of the space that the points should span: 2 for a plane slice, else 3."""
         return 2 if self.flat else 3
 
     @cached_property
-    def spans(self) -> bool:
+    def can_interpolate(self) -> bool:
         """True if values can be interpolated between the points, which do not lie along a line or on a surface."""
         if self.mesh is not None or self.wired:
             return not self.wired
-        X = self.X[:, : self.ways]
+        X = self.X[:, : self.spatial_dimension]
         extents = np.linalg.svd(X - X.mean(axis=0), compute_uv=False)
-        return len(extents) == self.ways and bool(extents[-1] > SAME * extents[0])
+        return len(extents) == self.spatial_dimension and bool(extents[-1] > SAME * extents[0])
 
     @cached_property
     def _tree(self) -> Any:
@@ -150,7 +150,7 @@ class Matched:
         from scipy.spatial import Delaunay, QhullError
 
         try:
-            return Delaunay(self.X[:, : self.ways])
+            return Delaunay(self.X[:, : self.spatial_dimension])
         except (QhullError, ValueError):
             reason = "its points span almost no volume, so nothing can be interpolated between them"
             raise Unmatched(

@@ -55,14 +55,14 @@ class SupportCompliance:
 
 def check_supports(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
     """Return the compliance with each support that can be checked, from displacements u (n, 3), m, at the end."""
-    return list(_support_compliances(case, place, found, u)) if found.spans else []
+    return list(_support_compliances(case, place, found, u)) if found.can_interpolate else []
 
 
 def _support_compliances(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[SupportCompliance]:
     """Yield the compliance with each support that can be checked."""
     for support in case.named_supports:
         thing = support.thing
-        along = [c for c in getattr(thing, "components", ()) if c < found.ways]
+        along = [c for c in getattr(thing, "components", ()) if c < found.spatial_dimension]
         if not isinstance(thing, Holding) or thing.tracked or not along:
             continue
         X = surface_points(case, place, thing.where)

@@ -74,14 +74,14 @@ class ImposedOnFaces:
         """Return the extent of the body along x, y or z, m."""
         return self.bounds[1][axis] - self.bounds[0][axis]
 
-    def apart(self, axis: int, component: int) -> float | None:
+    def relative_displacement(self, axis: int, component: int) -> float | None:
         """Return the displacement, m, of the upper face of an axis relative to the lower face; None if one is free."""
         low, high = (self.held.get(((axis, side), component)) for side in (0, 1))
         return None if low is None or high is None else high[0] - low[0]
 
     def stretch(self, axis: int) -> float | None:
         """Return the imposed stretch along an axis; None if no stretch is imposed."""
-        apart = self.apart(axis, axis)
+        apart = self.relative_displacement(axis, axis)
         return None if apart is None else 1.0 + apart / self.extent(axis)
 
 
@@ -188,7 +188,7 @@ def _sample_points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
     axis = max(range(3), key=lambda a: abs(shape.axis[a]))
     first, second = (axis + 1) % 3, (axis + 2) % 3
     side = ((first, 0), (first, 1), (second, 0), (second, 1))
-    inner, outer = shape.section.hollow or 0.0, 0.5 * (high[first] - low[first])
+    inner, outer = shape.section.hole_radius or 0.0, 0.5 * (high[first] - low[first])
     for n in range(ACROSS):
         end = ((axis, n // (ACROSS - 1)),) if n in (0, ACROSS - 1) else ()
         for r in (inner, 0.5 * (inner + outer), outer):
@@ -267,7 +267,7 @@ def _gripped_direction(faces: ImposedOnFaces, axis: int) -> int | None:
 
     If they hold both lateral directions, the result is the one in which the body is wider.
     """
-    held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
+    held = [c for c in range(3) if c != axis and faces.relative_displacement(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
 
@@ -275,7 +275,7 @@ def _imposed_shear(faces: ImposedOnFaces, stretches: list[float | None]) -> tupl
     """Return the off-diagonal entry (a, b) of F that two faces impose, with its value; None for another deformation."""
     found = []
     for b in range(3):
-        apart = [faces.apart(b, c) for c in range(3)]
+        apart = [faces.relative_displacement(b, c) for c in range(3)]
         if None in apart or not _is_unit_stretch(stretches[b]):
             continue
         slides = [c for c in range(3) if c != b and abs(apart[c] or 0.0) > SAME * faces.extent(b)]

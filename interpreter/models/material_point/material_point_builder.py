@@ -62,7 +62,7 @@ class Block:
         found: Floats = self.volume / np.ptp(self.X, axis=0)
         return found
 
-    def on(self, where: Condition) -> NDArray[np.bool_]:
+    def selected_corner_mask(self, where: Condition) -> NDArray[np.bool_]:
         """Return which of the corners a condition selects (8,)."""
         return np.array([bool(where.holds(x, y, z, self.case.shape.diagonal)) for x, y, z in self.X.tolist()])
 
@@ -77,7 +77,7 @@ class Block:
         found = []
         for support in self.case.supports:
             mask = np.zeros((8, 6), dtype=np.bool_)
-            on = self.on(support.thing.where)
+            on = self.selected_corner_mask(support.thing.where)
             for (axis, side), component in held:
                 face = CORNERS[:, axis] == side
                 if component in support.thing.components and np.all(on[face]):
@@ -113,7 +113,7 @@ class PreparedPoint(Meshless):
     def _traction_corner_forces(self, load: Declared) -> Floats:
         """Return the forces of a traction at the corners (8, 3), N: a quarter of its force at each corner of a face."""
         found, action = np.zeros((8, 3)), load.thing.action
-        on = self.block.on(action.where)
+        on = self.block.selected_corner_mask(action.where)
         for axis in range(3):
             for side in (0, 1):
                 face = CORNERS[:, axis] == side
@@ -193,7 +193,7 @@ class PreparedPoint(Meshless):
 
     def _drucker_warnings(self, found: PointState) -> tuple[Diagnostic, ...]:
         """Return a warning if the state violates Drucker's stability postulate."""
-        if found.volume > getattr(self.case.material, "convex_above", math.inf) or self.point.steady(found):
+        if found.volume > getattr(self.case.material, "convex_above", math.inf) or self.point.is_drucker_stable(found):
             return ()
         at = self.point.first_drucker_unstable_state(self.drive)
         return (

@@ -84,7 +84,7 @@ class Followed:
         return self.track.times[numbers], map(self._forces_at_index, numbers)
 
     @property
-    def last(self) -> EquilibriumForces:
+    def final_forces(self) -> EquilibriumForces:
         """Forces and contacts at the end of the analysis."""
         return self._forces_at_index(len(self.track.times) - 1)
 
@@ -111,7 +111,7 @@ class Followed:
     def _surfaces(self) -> dict[int, tuple[ContactSurface, ...]]:
         return dict(self._contact_history.surfaces)
 
-    def touch(self, name: str, i: int) -> ContactNumbers:
+    def contact_result_at(self, name: str, i: int) -> ContactNumbers:
         """Return the result of a contact at the stored time with index i."""
         k = self.names.index(name)
         surface, nodes, act = self._surfaces[i][k], self._contact_history.nodes[k], self._contact_history.acts[i][k]
@@ -154,7 +154,7 @@ class _Touches(Mapping[str, ContactNumbers]):
         if name not in self.followed.names:
             raise KeyError(name)
         if name not in self.known:
-            self.known[name] = self.followed.touch(name, self.i)
+            self.known[name] = self.followed.contact_result_at(name, self.i)
         return self.known[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -97,7 +97,7 @@ class NodalForces:
         return Wrench(f.sum(axis=0), m.sum(axis=0) + np.cross(self.x, f).sum(axis=0))
 
     @cached_property
-    def applied(self) -> dict[str, Wrench]:
+    def load_resultants(self) -> dict[str, Wrench]:
         """Return the resultant of every load, by name."""
         return {name: self.wrench(f) for name, f in self.loads.items()}
 
@@ -113,7 +113,7 @@ class NodalForces:
         return float(np.linalg.norm(np.ptp(self.x, axis=0)))
 
     @cached_property
-    def largest(self) -> float:
+    def largest_load_size(self) -> float:
         """Size of the largest load, N: the sum of its nodal force magnitudes, as pressure may have no resultant."""
         return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
 

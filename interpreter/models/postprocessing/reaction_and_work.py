@@ -17,14 +17,14 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 def forces_and_energies(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> EquilibriumForces:
     """Return the forces and energies of a solution."""
     if (seen := solution.followed) is not None:
-        return replace(seen.last, followed=seen)
+        return replace(seen.final_forces, followed=seen)
     if (why := _missing_forces_reason(declared, case, solution)) is not None or solution.carried is None:
         return EquilibriumForces(reason=why)
     carried = solution.carried()
     held = reactions(carried, carried.holders or supported_nodes(case, prepared.mesh, declared.thing))
     most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
     moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
-    known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
+    known = (held, carried.work, carried.energy, max(most, carried.largest_load_size), moved, carried.extent)
     return EquilibriumForces(*known, dissipated=carried.dissipated, fluid=carried.fluid,
                   touches=carried.touches)  # fmt: skip
 

@@ -71,7 +71,7 @@ class Equations:
     sample: CellSample | None = None
 
     @property
-    def r(self) -> int:
+    def unknown_count(self) -> int:
         """Number of unknowns, including the one that scales imposed displacements."""
         return int(self.basis.fields.shape[1])
 
@@ -87,8 +87,8 @@ class Equations:
 
     def _rows(self, nodes: Ints) -> Floats:
         """Return the rows of the basis at the displacements of these nodes."""
-        fields = self.basis.fields.reshape(-1, 3, self.r)
-        return np.ascontiguousarray(fields[nodes].reshape(-1, self.r))
+        fields = self.basis.fields.reshape(-1, 3, self.unknown_count)
+        return np.ascontiguousarray(fields[nodes].reshape(-1, self.unknown_count))
 
     def _restrict_to_evaluated_cells(self, energy: Energy) -> Energy:
         """Return an energy restricted to the evaluated cells, with their weights."""
@@ -102,8 +102,8 @@ class Equations:
         ]
         if self.static.model.strain != "small":
             return found
-        whole = Assembly(self.r, NONE, found, [])
-        zero = np.zeros(self.r)
+        whole = Assembly(self.unknown_count, NONE, found, [])
+        zero = np.zeros(self.unknown_count)
         return [QuadraticEnergy(whole.tangent(zero, 0.0).toarray(), whole.rounding(zero))]
 
     def load(self, load: Energy) -> Energy:
@@ -117,12 +117,12 @@ class Equations:
 
     def assembly(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
         """Return energies and loads of the full model in terms of reduced unknowns; imposed displacements are held."""
-        return Assembly(self.r, self.fixed, self.internal(internal), [self.load(load) for load in loads])
+        return Assembly(self.unknown_count, self.fixed, self.internal(internal), [self.load(load) for load in loads])
 
     @property
     def fixed(self) -> Ints:
         """Index of the unknown that scales imposed displacements, the last one; empty if nothing is imposed."""
-        return NONE if self.basis.lift is None else np.array([self.r - 1])
+        return NONE if self.basis.lift is None else np.array([self.unknown_count - 1])
 
     def sound(self) -> Any:
         """Function that tests whether no evaluated cell is inverted."""
@@ -137,8 +137,8 @@ class Equations:
         twin = None if full.twin is None else assembly.with_internal(self.internal(full.twin.internal))
         return Statics(
             assembly,
-            VectorSpace(self.r),
-            np.zeros(self.r),
+            VectorSpace(self.unknown_count),
+            np.zeros(self.unknown_count),
             self.fixed,
             np.ones(len(self.fixed)),
             full.tolerance,
@@ -336,8 +336,8 @@ class MovingReduced(PreparedMotion):
         """Return reduced displacements, velocities and accelerations (3, r)."""
         return np.array([motion.x, motion.v, motion.a])
 
-    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        return super()._mode(self.fields @ shape)
+    def _mode_displacement_field(self, shape: Floats) -> Callable[[Floats], Floats]:
+        return super()._mode_displacement_field(self.fields @ shape)
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         kept = stored_indices(track, every)
@@ -453,7 +453,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
         problem,
         assembly=equations.assembly(problem.assembly.internal, problem.assembly.loads),
         mass=np.diag(mass).copy() if problem.integrator.explicit else sparse.csr_matrix(mass),
-        rest=np.zeros(equations.r),
+        rest=np.zeros(equations.unknown_count),
         velocity=_reduced_initial_velocity(equations, M, problem.velocity),
         fixed=equations.fixed,
         target=np.ones(len(equations.fixed)),

@@ -92,7 +92,7 @@ class FullModelAtRest:
         return x
 
     @cached_property
-    def responses(self) -> Floats:
+    def load_responses(self) -> Floats:
         """Linear response (free, loads), m, to each load."""
         zero = np.zeros(self.assembly.dofs)
         forces = [gradient_of(load, zero)[self.free] for load in self.assembly.loads]
@@ -134,7 +134,7 @@ def modal_space(model: Modal, declared: Declared, rest: FullModelAtRest) -> Basi
     _check_mode_count(model.modes, declared, rest)
     omega, modes = vibration_modes(rest.K, rest.M, model.modes)
     lift = _lift(rest)
-    loaded = [rest.responses, *(() if lift is None else (lift[rest.free][:, None],))]
+    loaded = [rest.load_responses, *(() if lift is None else (lift[rest.free][:, None],))]
     static = np.column_stack(loaded)
     V = orthonormalize(np.column_stack([static, modes]), rest.M)[0]
     if model.derivatives and rest.static.model.strain != "small":

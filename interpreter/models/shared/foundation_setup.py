@@ -67,7 +67,7 @@ def _distributed_springs(case: Case, bed: Declared, mesh: Mesh) -> ElasticFounda
     Raises Fault if the foundation lies on a plane of symmetry.
     """
     surface = surface_of(case, bed, bed.thing.where, mesh)
-    X = mesh.points[surface.touched]
+    X = mesh.points[surface.selected_facets]
     must_not_act_on_plane(case, bed, X, mesh.points)
     must_not_act_on_axis(case, bed, X, mesh.points)
     facets, N, dA, normal = _quadrature_points(surface, case.depth)

@@ -67,9 +67,9 @@ class MotionWithRigidBodies(PreparedMotion):
         spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])
         return np.concatenate([motion.x[: self.dofs], np.hstack([told, own[:, 0], spins]).ravel()])
 
-    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+    def _solution_fields(self, times: Floats, states: Floats) -> dict[str, Any]:
         """Return the solution fields of the deformable body from stored states (t, ...)."""
-        return super()._shown(times, states[:, : self.dofs])
+        return super()._solution_fields(times, states[:, : self.dofs])
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution, including the motion of the rigid bodies."""

@@ -75,7 +75,7 @@ def add_friction_result(
     """
     if own is None or not isinstance(contact, RigidFriction):
         return touch
-    pressed, sticks, share = contact.sticking(u)
+    pressed, sticks, share = contact.stick_masks_and_fraction(u)
     push = contact.A * contact.pressures(u)
     slip, held = float(own.slid[pressed].max(initial=0.0)), float(push[sticks].sum() / max(push.sum(), LEAST))
     field: Any = touch.field

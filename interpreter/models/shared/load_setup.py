@@ -100,13 +100,13 @@ class SolidLoads:
         `push` is a function from outward area vectors, m^2, to forces, N; `linear` states whether it is linear.
         """
         dead = np.zeros((len(self.mesh.points), 3))
-        self._surface(where).spread(dead, push, linear, self.case.depth)
+        self._surface(where).add_load_forces(dead, push, linear, self.case.depth)
         return DeadForces(dead.ravel())
 
     def follower_pressure(self, where: Condition, pressure: float) -> Energy:
         """Return the energy of a pressure, Pa, on the selected part of the deformed surface. Raises Fault."""
         points, depth = self.mesh.points, self.case.depth
-        facets, of_parts = self._surface(where).weighted
+        facets, of_parts = self._surface(where).facets_with_weights
         if depth:
             from softmark.solvers.energies.axisymmetric import AxisymmetricPressure
 
@@ -130,7 +130,7 @@ class SolidLoads:
                 f"at most {MOST_NODES}",
                 "use a coarser mesh, a smaller part of the face, or `rotated(...)`, which imposes the angle instead",
             )
-        nodes, products = surface.products()
+        nodes, products = surface.shape_function_integrals()
         turning = FaceMoment(points, nodes, products, np.array(moment))
         return DeadForces(nodal_forces_at_rest(turning, points).ravel()) if self.small else turning
 
@@ -178,9 +178,9 @@ class SolidLoads:
         """Return the loaded part of the surface. Raises Fault, also for dead loads on a plane of symmetry."""
         case, load, points = self.case, self.load, self.mesh.points
         found = surface_of(case, load, where, self.mesh)
-        must_not_act_on_axis(case, load, points[found.touched], points)
+        must_not_act_on_axis(case, load, points[found.selected_facets], points)
         if load.thing.action.dead:  # a pressure on the plane is carried by the plane's support
-            must_not_act_on_plane(case, load, points[found.touched], points)
+            must_not_act_on_plane(case, load, points[found.selected_facets], points)
         return found
 
 

@@ -32,7 +32,7 @@ def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Lo
             "write a condition that holds on a part of the surface with an area",
         )
     if case.planar:
-        _check_selects_edges(case, acting, mesh.points[found.touched])
+        _check_selects_edges(case, acting, mesh.points[found.selected_facets])
     return found
 
 

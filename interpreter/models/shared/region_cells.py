@@ -57,7 +57,7 @@ class RegionVolume:
         return self._share(self.missed + self.beyond)
 
     @property
-    def cut(self) -> float:
+    def cut_cell_error(self) -> float:
         """Relative volume with the wrong material in cells that the border of the region crosses.
 
         The value is `off` without the volume between a curved border and the flat sides of cells along that border.
@@ -82,7 +82,7 @@ class CellMaterials:
     shares: Floats
     sizes: Floats
 
-    def side(self, part: int) -> int:
+    def larger_change_side(self, part: int) -> int:
         """Return which assignment of the cells cut by the border of region `part` changes more volume.
 
         1 means that the region gets all cut cells, -1 that it gets none.
@@ -255,6 +255,6 @@ def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int
     own, found = materials_of_cells(case, prepared.mesh), []
     for number, taken in enumerate(own.taken, start=1):
         if taken.off > 0.0:
-            way = (number, own.side(number)) if taken.off > MISSED else (0, 0)
-            found.append((taken.off if taken.cut <= MISSED else math.inf, way))
+            way = (number, own.larger_change_side(number)) if taken.off > MISSED else (0, 0)
+            found.append((taken.off if taken.cut_cell_error <= MISSED else math.inf, way))
     return found

@@ -148,7 +148,7 @@ class _MeshedBody:
 
     def area(self, where: Condition) -> float:
         """Return the selected area, m^2."""
-        return find_loaded_surface(self.case.shape, self.mesh, where).area_of(self.case.depth)
+        return find_loaded_surface(self.case.shape, self.mesh, where).area_with_depth(self.case.depth)
 
 
 def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
@@ -216,14 +216,14 @@ def _is_sharper_than_facets(gap: Gap, points: Floats, facets: Ints, steps: int) 
     """
     facet = FACETS[facets.shape[1]]
     parts = max(1, steps // (1 + (facet.nodes > facet.corners)))
-    return gap.sharpest * parts < longest(points, facets)
+    return gap.least_curvature_radius * parts < longest(points, facets)
 
 
 def _edge_subdivisions(gap: Gap | None, longest: float) -> int:
     """Return into how many parts a sharp rigid body requires that edges of length `longest`, m, are divided."""
     from softmark.solvers.contact.facet_contact_points import MOST
 
-    sharpest = np.inf if gap is None else gap.sharpest
+    sharpest = np.inf if gap is None else gap.least_curvature_radius
     return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
 
 
@@ -269,7 +269,7 @@ def plane_modulus(case: Case) -> float:
 
 def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
     """Return the nodes of the facets that may come into contact (k, a). Raises Fault if there are none."""
-    facets = find_loaded_surface(case.shape, mesh, touch.thing.where).touched
+    facets = find_loaded_surface(case.shape, mesh, touch.thing.where).selected_facets
     facets = np.unique(facets, axis=0)
     if case.planar:
         facets = facets[is_on_border(mesh.points, facets, case.depth > 0.0)]

@@ -53,7 +53,7 @@ class RotationPath:
     early = EARLY
 
     @property
-    def longest(self) -> float:
+    def largest_load_step(self) -> float:
         """Largest allowed load step, as a fraction of the full load."""
         return STEP / max(math.hypot(*own.support.rotation) for own in self.circles)
 

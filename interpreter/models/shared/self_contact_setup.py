@@ -158,7 +158,7 @@ def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
     """
     from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 
-    rows = find_loaded_surface(case.shape, mesh, pair.thing.where).touched
+    rows = find_loaded_surface(case.shape, mesh, pair.thing.where).selected_facets
     known = {tuple(row): i for i, row in enumerate(np.sort(mesh.facets, axis=1).tolist())}
     found = np.array(sorted({known[tuple(row)] for row in np.sort(rows, axis=1).tolist()}), dtype=np.int64)
     if case.planar:

@@ -61,12 +61,12 @@ class PreparedMotion:
     case: Case | None = field(default=None, kw_only=True)  # case, needed for contacts
 
     @property
-    def touching(self) -> tuple[str, ...]:
+    def rigid_contact_names(self) -> tuple[str, ...]:
         """Names of the contacts with rigid bodies, in the order of the scene."""
         return () if self.case is None else tuple(touch.name for touch in self.case.contacts)
 
     @property
-    def rubbing(self) -> tuple[str, ...]:
+    def friction_contact_names(self) -> tuple[str, ...]:
         """Names of rigid contacts with friction, followed by self-contacts with friction."""
         meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
         return tuple(touch.name for touch in meet if getattr(touch.thing, "friction", 0.0))
@@ -152,7 +152,7 @@ class PreparedMotion:
         with np.errstate(all="ignore"):
             return estimate_step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
 
-    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+    def _mode_displacement_field(self, shape: Floats) -> Callable[[Floats], Floats]:
         """Return the displacement field, a function of points X (n, 3), m, of a vibration mode `shape` (dofs,)."""
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
@@ -162,12 +162,12 @@ class PreparedMotion:
     def _step_errors(self) -> ModalErrors | None:
         """Return the time-step error with the displacement field of each mode; None if unknown."""
         found = self._step_error()
-        return None if found is None else ModalErrors(found, tuple(self._mode(s) for s in found.shapes.T))
+        return None if found is None else ModalErrors(found, tuple(self._mode_displacement_field(s) for s in found.shapes.T))
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution of a trajectory, with its report and warnings."""
         step, kept = self.analysis.step, stored_indices(track, every)
-        shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
+        shown = self._solution_fields(track.times[kept], np.array([track.observed[i].x for i in kept]))
         history = History(
             track.times[kept],
             shown.pop("course"),
@@ -183,9 +183,9 @@ class PreparedMotion:
         found = self._resolution()
         facts = (
             _facts(track, self.problem.tolerance)
-            | _friction_report(track, self.rubbing)
+            | _friction_report(track, self.friction_contact_names)
             | self._mesh_facts()
-            | self._crossings(shown.get("mesh"))
+            | self._intersection_counts(shown.get("mesh"))
         )
         notes = (
             *_halved_step_warning(self.declared, track),
@@ -196,11 +196,11 @@ class PreparedMotion:
         )
         facts |= {} if found is None else {"resolution": found.facts}
         status: Status = "capped" if missed else "converged"
-        known: dict[str, Any] = {"history": history, "followed": self._followed(track)}
+        known: dict[str, Any] = {"history": history, "followed": self._contact_history(track)}
         known["step_errors"] = self._step_errors
         return Solution(status, message, facts, notes=notes, **known, **shown)
 
-    def _followed(self, track: Trajectory) -> Followed | None:
+    def _contact_history(self, track: Trajectory) -> Followed | None:
         """Return the contact history of a trajectory; None if the body has no contacts."""
         if track.touched is None or self.mesh is None or self.case is None:
             return None
@@ -208,7 +208,7 @@ class PreparedMotion:
 
         own: list[Any] = [load for load in self.problem.assembly.loads if load.not_proportional]
         small = vars(self.declared.thing).get("strain") == "small"
-        contacts = dict(zip(self.touching, own, strict=True))
+        contacts = dict(zip(self.rigid_contact_names, own, strict=True))
         meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, DynamicPatternEnergy)}
         return Followed(self.case, contacts, meets, self.mesh, track, small)
 
@@ -216,14 +216,14 @@ class PreparedMotion:
         """Return the stored variables of a motion: nodal displacements (3 n,), m, unless a subclass adds others."""
         return motion.x.copy()
 
-    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+    def _solution_fields(self, times: Floats, states: Floats) -> dict[str, Any]:
         """Return the solution fields `course`, `displacement` and, if any, `mesh` from stored states (t, ...)."""
         from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
 
         assert self.mesh is not None
         return fields_of_motion(self.mesh, times, states.reshape(len(states), -1, 3))
 
-    def _crossings(self, mesh: Any) -> dict[str, Any]:
+    def _intersection_counts(self, mesh: Any) -> dict[str, Any]:
         """Return the largest number of intersecting pairs of faces over stored states of the `mesh`, by contact."""
         if mesh is None or not self.problem.meets:
             return {}
@@ -334,7 +334,7 @@ def _friction_report(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
 def _energy_warning(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
     """Return a warning if energy increases without a source, or if numerical damping has dissipated most of it."""
     found, at = track.balance, declared.at()
-    if found.gained:
+    if found.has_excessive_gain:
         problem = f"{100 * found.gain:.0f} % of the largest energy was created"
         return (
             diagnostic(
@@ -366,7 +366,7 @@ def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamic
     from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
 
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
-    yield from dissipation_warnings(declared, np.array(problem.remembering.losses), moved, problem.remembering.unknown)
+    yield from dissipation_warnings(declared, np.array(problem.remembering.losses), moved, problem.remembering.has_unknown_energy)
 
 
 def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:

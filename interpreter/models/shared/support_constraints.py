@@ -64,7 +64,7 @@ class Constraints:
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
     nodes: list[Ints] = field(default_factory=lambda: [np.zeros(0, dtype=np.int64)])  # of each row; -1: of any piece
 
-    def see(self, nodes: Ints, rows: Floats) -> None:
+    def add_rows(self, nodes: Ints, rows: Floats) -> None:
         """Add constraint rows (r, 6) on rigid motions, each at the node with an index in `nodes` (r,)."""
         self.nodes.append(nodes)
         self.rows.append(rows)
@@ -99,7 +99,7 @@ class Constraints:
         owners = {dof: owner for dof, (_, owner) in self.values.items()}
         return rotation_path(owners, fixed, points, per_node, target)
 
-    def finished(self) -> tuple[Ints, Floats]:
+    def held_dofs_and_values(self) -> tuple[Ints, Floats]:
         """Return the held degrees of freedom (c,), sorted, and their imposed values (c,).
 
         Raises Fault if no degree of freedom is free, or if a static body without contacts is free to move.
@@ -129,7 +129,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     `measured` has the tracked points that supports may follow, by name of the reference.
     """
     held = _constraints_at_fraction(case, mesh, measured, 1.0)
-    fixed, target = held.finished()
+    fixed, target = held.held_dofs_and_values()
     way = held.turns(fixed, target, mesh.points, 3)
     if way is not None:
         _constraints_at_fraction(case, mesh, measured, way.early)  # supports must also agree at smaller load fractions
@@ -175,17 +175,17 @@ def _constraints_at_fraction(case: Case, mesh: Mesh, measured: Mapping[str, Any]
     """Return the constraints of a body on a mesh at a fraction `share` of the support motions. Raises Fault."""
     held = Constraints(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # a body of revolution can only move rigidly along its axis: other motions stretch rings
-        held.see(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
+        held.add_rows(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
     if case.beds:
         from softmark.interpreter.models.shared import foundation_setup
 
         for own, seen in foundation_setup.constraint_rows(case, mesh, held.centre):
-            held.see(own, seen)
+            held.add_rows(own, seen)
     for support in case.supports:
         nodes = np.nonzero(selected_nodes(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh, nodes)
         rows = point_rows(mesh.points[nodes] - held.centre, support.thing.components)
-        held.see(np.repeat(nodes, len(support.thing.components)), rows)
+        held.add_rows(np.repeat(nodes, len(support.thing.components)), rows)
         places = mesh.points[nodes] * (1.0, 1.0, 0.0) if case.planar else mesh.points[nodes]  # all z move as one
         moved = displacements(support, places, measured, share)
         for c in support.thing.components:

@@ -75,7 +75,7 @@ def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bo
     volumes = np.abs(mesh.volumes)
     if axial:
         volumes = volumes * mesh.points[mesh.cells][:, : element.corners, 0].mean(axis=1)
-    share = CELLS[element.linear].shape(element.children().reshape(-1, 3)).reshape(-1, element.corners, element.corners)
+    share = CELLS[element.linear].shape(element.child_corners().reshape(-1, 3)).reshape(-1, element.corners, element.corners)
     corners = np.broadcast_to(element.places()[: element.corners], (len(mesh.cells), element.corners, 3))
     which, without, places = np.arange(len(mesh.cells)), 0.0, np.empty((0, 3))
     for depth in range(DEEP + 1):

@@ -224,7 +224,7 @@ class _Trials:
         return self.found[s]
 
     @property
-    def listed(self) -> tuple[tuple[float, float | None], ...]:
+    def sorted_trials(self) -> tuple[tuple[float, float | None], ...]:
         """Return the trials as (factor, error or None), in the order of the factors."""
         return tuple((math.exp(s), None if e >= UNUSABLE else e) for s, e in sorted(self.found.items()))
 
@@ -241,7 +241,7 @@ def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
     while at(start) >= UNUSABLE and start < REACH:  # too soft a network collapses
         start += STRIDE
     if at(start) >= UNUSABLE:
-        return NoFit("no equilibrium was found with any tested stiffness factor", at.listed)
+        return NoFit("no equilibrium was found with any tested stiffness factor", at.sorted_trials)
     middle = _bracket_minimum(at, start)
     minimize_scalar(at, bounds=(middle - STRIDE, middle + STRIDE), method="bounded", options={"xatol": CLOSE})
     best = min(at.found, key=at.found.__getitem__)
@@ -249,11 +249,11 @@ def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
     beside = (order[i] for i in (order.index(best) - 1, order.index(best) + 1) if 0 <= i < len(order))
     if any(at.found[s] >= UNUSABLE for s in beside):
         reason = f"the metric decreases towards factors near {math.exp(best):.2g}, where no equilibrium was found"
-        return NoFit(reason, at.listed)
+        return NoFit(reason, at.sorted_trials)
     if abs(best) > REACH:
         end = f"the metric keeps decreasing up to a factor of {math.exp(best):.2g}, the end of the range"
-        return NoFit(f"{end}; check what is compared", at.listed)
-    return Fit(math.exp(best), at.found[best], at.listed)
+        return NoFit(f"{end}; check what is compared", at.sorted_trials)
+    return Fit(math.exp(best), at.found[best], at.sorted_trials)
 
 
 def _bracket_minimum(at: _Trials, start: float) -> float:

@@ -35,13 +35,13 @@ def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
         return _inside_combined_shape(shape, at, closed)
     if isinstance(shape, Box):
         return _all_conditions(
-            _value_in_interval_condition(at[i], *span, below) for i, span in enumerate(shape.spans.values())
+            _value_in_interval_condition(at[i], *span, below) for i, span in enumerate(shape.coordinate_ranges.values())
         )
     if isinstance(shape, RoundBody):
         return _inside_round_body(shape, at, below)
     if isinstance(shape, Cylinder | Tube):
         s, square = _axial_coordinates(at, shape.origin, shape.axis)
-        hollow = shape.section.hollow
+        hollow = shape.section.hole_radius
         along = [
             _value_in_interval_condition(s, 0.0, shape.length, below),
             _below_zero_condition(_distance_from_circle(square, shape.radius), below),
@@ -51,7 +51,7 @@ def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
         )
     if isinstance(shape, Revolution):
         s, square = _axial_coordinates(at, shape.origin, shape.axis)
-        return _inside_polygon(shape.outline, _left_of_revolved_side(s, square, ON_AXIS * shape.widest, below))
+        return _inside_polygon(shape.outline, _left_of_revolved_side(s, square, ON_AXIS * shape.largest_radius, below))
     if isinstance(shape, Extruded):
         return _inside_extrusion(shape, at, below)
     return None
@@ -71,14 +71,14 @@ def _inside_round_body(shape: RoundBody, at: Point, below: str) -> Condition:
     off = [_term_minus_value(c, o) for c, o in zip(at, shape.origin, strict=True)]
     square = _sum(
         _product_of_terms(_scaled_term(c, 1.0 / a), _scaled_term(c, 1.0 / a))
-        for c, a in zip(off, shape.outer, strict=True)
+        for c, a in zip(off, shape.outer_semiaxes, strict=True)
     )
-    half = 0.5 * min(shape.outer)
+    half = 0.5 * min(shape.outer_semiaxes)
     found = [_below_zero_condition(_scaled_term(_term_minus_value(square, 1.0), half), below)]
-    if shape.hollow:
+    if shape.hollow_ratio:
         found.append(
             _below_zero_condition(
-                _scaled_term(_term_minus_value(square, shape.hollow**2), half / shape.hollow).negated(), below
+                _scaled_term(_term_minus_value(square, shape.hollow_ratio**2), half / shape.hollow_ratio).negated(), below
             )
         )
     return _all_conditions(
@@ -124,7 +124,7 @@ def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> C
         due = _sum(
             [_scaled_term(_term_minus_value(s, a[1]), u / v), Term.constant(a[0])]
         )  # of the distance; below zero past a tip
-        beyond = square.combine("-", _product_of_terms(due, due.function("abs")))
+        beyond = square.combine("-", _product_of_terms(due, due.apply_function("abs")))
         return _below_zero_condition(_scaled_term(beyond, 0.5 * v / max(a[0], b[0])), below)
 
     return beside

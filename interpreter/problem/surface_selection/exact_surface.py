@@ -49,7 +49,7 @@ class Piece:
         """Return the part of the piece where the given conditions hold."""
         return Piece(lambda asked, extent: self.measure(reduce(_both_hold, held, asked), extent), self.moved)
 
-    def turned(self) -> Piece:
+    def reversed_piece(self) -> Piece:
         """Return the same piece with its normal reversed."""
 
         def measure(condition: Condition, extent: float) -> Measured:
@@ -92,7 +92,7 @@ def limit_of_facet_area(shape: Combined, condition: Condition, size: float) -> f
     """
     if condition.groups:
         return None
-    areas = [_selected_flat_part(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.halved(size)]
+    areas = [_selected_flat_part(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.coarse_and_fine_surfaces(size)]
     return areas[1] + (areas[1] - areas[0]) / 3.0
 
 
@@ -107,7 +107,7 @@ def pieces(shape: Shape) -> list[Piece] | None:
         balls = [_ellipsoid_piece(shape, side) for side in shape.sides]
         return [*_reverse_inner(balls), *(_flat_piece(corners[None], inner) for corners in flat)]
     if isinstance(shape, Cylinder | Tube):
-        inner = _radius_condition(shape.origin, shape.axis, shape.radius, shape.section.hollow)
+        inner = _radius_condition(shape.origin, shape.axis, shape.radius, shape.section.hole_radius)
         sides = [_side_piece([side]) for side in shape.sides]
         return [*_reverse_inner(sides), *(_flat_piece(corners[None], inner) for corners in _end_squares(shape))]
     if isinstance(shape, Revolution):
@@ -132,7 +132,7 @@ def _combined_pieces(shape: Combined) -> list[Piece] | None:
     same = (beside,) if union else (-beside,)
     both = (-beside, beside) if isinstance(shape.one, Combined) else ()
     found = [_restrict_piece(piece, shape.other, union or taken, same) for piece in first]
-    found += [_restrict_piece(piece.turned() if taken else piece, shape.one, union, both) for piece in second]
+    found += [_restrict_piece(piece.reversed_piece() if taken else piece, shape.one, union, both) for piece in second]
     return None if None in found else [piece for piece in found if piece is not None]
 
 
@@ -164,7 +164,7 @@ def _both_hold(one: Condition, other: Condition) -> Condition:
 
 def _reverse_inner(found: list[Piece]) -> list[Piece]:
     """Return the pieces of an outer surface and a cavity, with the normals of the cavity reversed."""
-    return [piece if i == 0 else piece.turned() for i, piece in enumerate(found)]
+    return [piece if i == 0 else piece.reversed_piece() for i, piece in enumerate(found)]
 
 
 def _add_up(found: list[Measured]) -> Measured:
@@ -272,8 +272,8 @@ def _radius_condition(origin: Vector3, axis: Vector3, radius: float, hollow: flo
 def _revolved_pieces(shape: Revolution) -> list[Piece]:
     """Return the curved sides of a body of revolution, and the flat rings around its axis."""
     axis = np.array(shape.axis)
-    rolls = [(_side_piece(_bands(side)), outward) for side, outward in shape.slanted]
-    found = [roll if outward else roll.turned() for roll, outward in rolls]
+    rolls = [(_side_piece(_bands(side)), outward) for side, outward in shape.oriented_curved_sides]
+    found = [roll if outward else roll.reversed_piece() for roll, outward in rolls]
     u, v = (np.array(e) for e in transverse(shape.axis))
     for ring in shape.rings:
         turning = [ring.outer * c for c in (-u - v, u - v, u + v, v - u)]
@@ -327,7 +327,7 @@ def _selected_side(side: CylinderSide | ConeSide, condition: Condition, extent: 
     rim = np.cos(turns)[:, None] * u + np.sin(turns)[:, None] * v
     low, high = r * rim, q * rim + side.length * a
     corners = root + np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
-    patches = Patches(corners, extent, side.onto if min(r, q) > 0.0 else None)
+    patches = Patches(corners, extent, side.project_points if min(r, q) > 0.0 else None)
     found: Part = select_patches(ConditionOnPatches.of(condition, patches))
     half, mean = math.pi / SIDES, 0.5 * (r + q) * side.length
     middle = rim[:-1] + rim[1:]

@@ -140,7 +140,7 @@ class ConditionOnPatches:
         size = (len(patches.corners), len(condition.borders))
         return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
 
-    def steady(self, f: Ints) -> ConditionOnPatches:
+    def settle_constant_borders(self, f: Ints) -> ConditionOnPatches:
         """Return the condition in which borders are also settled that have the same level at all points of a facet.
 
         Only facets f (n,) are tested. Such borders run along a curved surface, as a distance from the axis does on a
@@ -174,11 +174,11 @@ class ConditionOnPatches:
             np.where(self.settled[f, b], self.settling[f, b], self.level(b, X))
             for b in range(len(self.condition.borders))
         ]
-        found: Mask = np.broadcast_to(self.condition.given(levels, self.patches.extent), len(f))
+        found: Mask = np.broadcast_to(self.condition.holds_for_levels(levels, self.patches.extent), len(f))
         return found
 
     @cached_property
-    def repeated(self) -> Mask:
+    def repeated_border_mask(self) -> Mask:
         """Mask of borders (b,) that repeat an earlier one on these facets and need no further cuts."""
         found = np.zeros(len(self.condition.borders), dtype=np.bool_)
         if len(found) < 2 or not len(self.patches.corners):
@@ -212,7 +212,7 @@ class ConditionOnPatches:
             low, high = bounds_over_triangles(v, D)
             values.append(v)
             slopes.append(D)
-            cuts = not self.repeated[b]
+            cuts = not self.repeated_border_mask[b]
             crossed.append(cuts & (low < -self.slack[b]) & (high > self.slack[b]) & ~self.settled[f, b])
         return BorderBounds(values, slopes, np.array(crossed))
 

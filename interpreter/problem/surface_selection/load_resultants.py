@@ -97,7 +97,7 @@ def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Res
     known: LoadedSurface | None = mesh.selections.get(load.thing.action.surface)
     if known is None:
         return Resultant(force, none, None, None, 1.0)
-    area = known.area_of(case.depth)
+    area = known.area_with_depth(case.depth)
     wider = area / known.area
     return Resultant(force, none, area, None, 1.0, wider * known.remainder, wider * known.leaning)
 

@@ -56,11 +56,11 @@ class LoadedSurface:
         return not (len(self.whole) or np.any(self.w > 0.0))
 
     @property
-    def touched(self) -> Ints:
+    def selected_facets(self) -> Ints:
         """Facets (f, k) with selected area; a partly selected facet appears once for each of its points."""
         return np.concatenate([self.whole, self.nodes[self.w > 0.0]])
 
-    def spread(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
+    def add_load_forces(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
         """Add the forces of a load to the nodal forces `dead` (n, 3), N.
 
         `push` maps area vectors to forces; `linear` states whether that map is linear. With a `depth`, m, the mesh is a
@@ -92,7 +92,7 @@ class LoadedSurface:
             forces = forces * _slices_per_ring(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
-    def products(self) -> tuple[Ints, Floats]:
+    def shape_function_integrals(self) -> tuple[Ints, Floats]:
         """Return the nodes of the selected surface (k,), and the integrals of N_a N_b over it (k, k), m^2."""
         facet = FACETS[self.whole.shape[1]]
         nodes = np.unique(np.concatenate([self.whole, self.nodes]))
@@ -123,16 +123,16 @@ class LoadedSurface:
     @cached_property
     def area(self) -> float:
         """Selected area on the mesh, m^2."""
-        return self.area_of(0.0)
+        return self.area_with_depth(0.0)
 
-    def area_of(self, depth: float) -> float:
+    def area_with_depth(self, depth: float) -> float:
         """Return the selected area, m^2; with a `depth`, m, that of whole rings of a body of revolution."""
         found = np.zeros_like(self.points)
-        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
+        self.add_load_forces(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
         return float(found[:, 0].sum())
 
     @property
-    def weighted(self) -> tuple[Ints, Floats | None]:
+    def facets_with_weights(self) -> tuple[Ints, Floats | None]:
         """Return the selected facets (f, k), and their weights (f, q) at `moments.places`; None if all are whole."""
         if not len(self.nodes):
             return self.whole, None
@@ -227,7 +227,7 @@ def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | 
     for side in shape.sides:
         own = flat & side.of(corners)
         flat &= ~own
-        yield own, side.onto
+        yield own, side.project_points
     yield flat, None
 
 

@@ -51,11 +51,11 @@ def select_patches(asked: ConditionOnPatches) -> Part:
     patches = asked.patches
     f, tri = patches.triangles
     if not len(f) or not asked.condition.borders:  # uniform condition
-        there = bool(len(f) and asked.condition.given([], patches.extent))
+        there = bool(len(f) and asked.condition.holds_for_levels([], patches.extent))
         return Part(np.arange(len(patches.corners) if there else 0), f[:0], np.zeros((0, 2)), np.zeros(0))
     crossed: Mask = np.asarray(asked.look(f, tri).crossed.any(axis=0))
     if crossed.any():
-        asked = asked.steady(np.unique(f[crossed]))
+        asked = asked.settle_constant_borders(np.unique(f[crossed]))
         crossed[crossed] = asked.look(f[crossed], tri[crossed]).crossed.any(axis=0)
     inside = asked.holds(f, patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
     each = len(f) // len(patches.corners)

@@ -28,7 +28,7 @@ def select_curved_side(
 
     mesh = mesh_blocks(build_shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.halved_axis_count)
     facets = mesh.facets[side.of(mesh.points[mesh.facets])]
-    patches = Patches(mesh.points[facets], extent, side.onto)
+    patches = Patches(mesh.points[facets], extent, side.project_points)
     found = select_patches(ConditionOnPatches.of(condition, patches))
     x, v = np.polynomial.legendre.leggauss(GAUSS)
     xi, w = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2), np.outer(v, v).ravel()
@@ -58,11 +58,11 @@ def symmetry_cuts(shape: RoundBody) -> tuple[Floats, Condition]:
         b, c = size[(axis + 1) % 3], size[(axis + 2) % 3]
         faces.append([low, low + c, low + c + b, low + b])
     level = Term.constant(0.0)
-    for axis, (o, a) in enumerate(zip(shape.origin, shape.outer, strict=True)):
+    for axis, (o, a) in enumerate(zip(shape.origin, shape.outer_semiaxes, strict=True)):
         off = Term.coordinate(axis).combine("-", Term.constant(o)).combine("*", Term.constant(1.0 / a))
         level = level.combine("+", off.combine("*", off))
     within = Condition.comparison("<=", level, Term.constant(1.0), 0)
-    if shape.hollow:
-        without = Condition.comparison(">=", level, Term.constant(shape.hollow**2), 0)
+    if shape.hollow_ratio:
+        without = Condition.comparison(">=", level, Term.constant(shape.hollow_ratio**2), 0)
         within = Condition.junction("and", within, without)
     return np.array(faces).reshape(-1, 4, 3), within

@@ -99,7 +99,7 @@ def _are_selected(condition: Condition, corners: Floats, extent: float, uncut: S
         level = _levels(condition, b, corners)
         farthest = level[np.arange(len(level)), np.abs(level).argmax(axis=1)]
         levels.append(level if b in uncut else np.repeat(farthest[:, None], 3, axis=1))
-    held = np.broadcast_to(condition.given(levels, extent), corners.shape[:2])
+    held = np.broadcast_to(condition.holds_for_levels(levels, extent), corners.shape[:2])
     found: Mask = np.asarray(held.all(axis=1), dtype=np.bool_)
     return found
 

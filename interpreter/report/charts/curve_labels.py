@@ -54,7 +54,7 @@ def place_labels(paths: Sequence[Path], names: Sequence[str | None], area: Box) 
     found = {}
     for i in named:
         crowd = any(math.dist(ends[i], ends[j]) < CLOSE for j in named if j != i)
-        place = room.best(i, names[i] or "", _candidates(ends[i], crowd, len(named) <= LED))
+        place = room.occupy_best_position(i, names[i] or "", _candidates(ends[i], crowd, len(named) <= LED))
         if place is not None:
             found[i] = place
     return found
@@ -72,7 +72,7 @@ class _Room:
         self.taken: list[Box] = []
         self.lines = np.zeros((0, 2))
 
-    def best(self, index: int, name: str, candidates: Iterable[LabelPlace]) -> LabelPlace | None:
+    def occupy_best_position(self, index: int, name: str, candidates: Iterable[LabelPlace]) -> LabelPlace | None:
         """Choose and occupy the cheapest position for the name of a curve; return None if none fits.
 
         The cost is the length of the leader line plus penalties, so candidates with a longer line than the cheapest

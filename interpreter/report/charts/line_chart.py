@@ -54,7 +54,7 @@ class Chart:
         return tuple(tuple(p and self.pixel(p) for p in curve.points) for curve in self.curves)
 
     @cached_property
-    def names(self) -> dict[int, LabelPlace]:
+    def label_places(self) -> dict[int, LabelPlace]:
         """Positions of curve names, by index of the curve."""
         wanted = [curve.name if curve.named and self.labels else None for curve in self.curves]
         right, bottom = self.left + self.width + self.right, self.top + self.height
@@ -68,7 +68,7 @@ class Chart:
         desc = tag("desc", text(strip_backticks(self.desc)), id=f"{self.identity}-d")
         drawn = [_curve(c, path, i) for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))]
         curves = tag("g", *drawn, clip_path=f"url(#{self.identity}-c)")
-        named = [_label_svg(self.curves[i], i, self.paths[i], place) for i, place in self.names.items()]
+        named = [_label_svg(self.curves[i], i, self.paths[i], place) for i, place in self.label_places.items()]
         return tag(
             "svg", title, desc, clip, _axes(self), self.under, curves, *named, role="img",
             aria_labelledby=f"{self.identity}-t {self.identity}-d", viewBox=f"0 0 {w:.0f} {h:.0f}",

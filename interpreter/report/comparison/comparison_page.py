@@ -74,7 +74,7 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     allowed = comparison.analysis.options.allow_contaminated
     for view in own:
         items = [tag("li", _recommendation_html(a), class_=None if a.winner else "none") for a in view.analysis.advice]
-        said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.without_advice), class_="quiet")
+        said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.no_advice_reason), class_="quiet")
         rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
         blocks.append(_with_scene_title(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
     said = separate_problems_note(own)

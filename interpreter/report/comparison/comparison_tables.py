@@ -67,8 +67,8 @@ def configurations(view: SceneView, most: int | None = None) -> str:
     known = view.metrics.values()
     star = " ★: on the Pareto front for this error." if any(own.front for own in known) else ""
     dagger = " ±: uncertainty of the reference; †: error below it." if any(own.uncertainty for own in known) else ""
-    rows = [_point(view, point) for point in view.once[:most]]
-    which = "All" if most is None or len(view.once) <= most else f"{most} of {len(view.once)}"
+    rows = [_point(view, point) for point in view.distinct_points[:most]]
+    which = "All" if most is None or len(view.distinct_points) <= most else f"{most} of {len(view.distinct_points)}"
     return table(f"{which} configurations.{star}{dagger}", head, rows, "points-table")
 
 
@@ -84,7 +84,7 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
     status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
     cells = [row_head(point.label, point.outline), tag("td", status, _full_residual(point))]
     cells += [_error(view, point, metric) for metric in view.metrics]
-    cells += [cell(view.measured(point, metric)) for metric in view.measurements]
+    cells += [cell(view.format_measurement(point, metric)) for metric in view.measurements]
     cells += [cell(group_digits(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
     return row(*cells, _solver_with_iterations(point), tag("td", _timing_remarks(point), class_="quality"))
 

@@ -76,7 +76,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
         for words in (*(a.text for a in view.analysis.advice), *(d.text for d in view.analysis.disagreements))
     ]  # fmt: skip
     advice = [textwrap.fill(_plain_text(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
-    advice += [] if advice else [_plain_text(own[0].without_advice)]
+    advice += [] if advice else [_plain_text(own[0].no_advice_reason)]
     advice += [f"-> {len(own) - TOLD} more on the HTML page"] if len(own) > TOLD else []
     return [*blocks, *(["\n".join(advice)] if advice else [])]
 
@@ -108,7 +108,7 @@ def _plain_text(words: str) -> str:
 
 def _configuration_table(own: Sequence[SceneView], paint: bool) -> str:
     metrics = list(dict.fromkeys(m for view in own for m in view.metrics))
-    points = [(view, p) for view in own for p in view.once]
+    points = [(view, p) for view in own for p in view.distinct_points]
     clocks = dict.fromkeys(CLOCKS.get(view.clock, view.clock) for view in own if view.timed)
     own_metrics = list(dict.fromkeys(m for view in own for m in view.measurements))
     head = ["", *metrics, *own_metrics, "unknowns", "iterations", *([" or ".join(clocks)] if clocks else []), ""]
@@ -116,7 +116,7 @@ def _configuration_table(own: Sequence[SceneView], paint: bool) -> str:
     widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
     lines = [_aligned_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
     for (view, point), cells in zip(points, rows, strict=True):
-        style = "good" if view.on_fronts(point) else None if point.solved else "bad"
+        style = "good" if view.pareto_metrics(point) else None if point.solved else "bad"
         line = _aligned_line(cells, widths)
         lines.append(_apply_ansi_style(line, style, paint) if style else line)
     return "\n".join(lines)
@@ -132,7 +132,7 @@ def _row(
     view: SceneView, point: ComparedPoint, metrics: Sequence[str], measured: Sequence[str], timed: bool
 ) -> list[str]:
     cells = [point.label, *(_error(view, point, m) for m in metrics)]
-    cells += [_plain_text(view.measured(point, m)) if m in view.measurements else "-" for m in measured]
+    cells += [_plain_text(view.format_measurement(point, m)) if m in view.measurements else "-" for m in measured]
     cells += [str(point.dofs or "-"), "-" if point.iterations is None else str(point.iterations)]
     cells += [_time(view, point) if view.timed else "-"] if timed else []
     said = ["" if point.status == "converged" else status_of(point.status), "disturbed" * view.disturbed(point)]

@@ -60,7 +60,7 @@ class SceneView:
         values = (e.value for p in self.points for e in p.errors.values() if e.unit == "m" and e.value is not None)
         return max(map(abs, values), default=0.0)
 
-    def measured(self, point: ComparedPoint, metric: str) -> str:
+    def format_measurement(self, point: ComparedPoint, metric: str) -> str:
         """Return the value of a metric without reference as text."""
         value = point.metric(metric).value
         unit = self.measurements[metric]
@@ -73,7 +73,7 @@ class SceneView:
         )
 
     @property
-    def without_advice(self) -> str:
+    def no_advice_reason(self) -> str:
         """Reason why there is no recommendation, as a sentence."""
         if not self.points:
             return "No configurations were computed."
@@ -106,7 +106,7 @@ class SceneView:
         return {p.key: p for p in reversed(self.points)}
 
     @cached_property
-    def once(self) -> list[ComparedPoint]:
+    def distinct_points(self) -> list[ComparedPoint]:
         """Points without repetitions of the same key and label."""
         return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
@@ -126,7 +126,7 @@ class SceneView:
         """Return the effort of a point, a time, s, or a number of unknowns; None if unknown."""
         return point.effort(self.clock)
 
-    def on_fronts(self, point: ComparedPoint) -> list[str]:
+    def pareto_metrics(self, point: ComparedPoint) -> list[str]:
         """Return the names of the error metrics for which a point is on the Pareto front."""
         return [name for name, own in self.metrics.items() if point.key in own.front]
 

@@ -19,7 +19,7 @@ SHOWN = 24  # bars that are drawn; the CSV has all
 
 def costs(view: SceneView) -> str:
     """Return a bar of CPU time by phase for each of the most important configurations; empty if no phases are known."""
-    split = [p for p in view.once if p.cost.phases]
+    split = [p for p in view.distinct_points if p.cost.phases]
     if not split:
         return ""
     chosen = _shown_configurations(view, split)

@@ -44,7 +44,7 @@ class _Row:
     error: float | None
 
     @property
-    def drawn(self) -> bool:
+    def is_drawable(self) -> bool:
         """True if the configuration has an effort and an error, so that it can be drawn."""
         return self.effort is not None and self.error is not None
 
@@ -83,9 +83,9 @@ class Diagram:
         return found
 
     @cached_property
-    def drawn(self) -> list[_Row]:
+    def drawable_rows(self) -> list[_Row]:
         """Rows of the configurations that can be drawn."""
-        return [row for row in self.rows if row.drawn]
+        return [row for row in self.rows if row.is_drawable]
 
     @property
     def clock(self) -> str:
@@ -94,13 +94,13 @@ class Diagram:
 
     def figure(self) -> str:
         """Return the figure with its data as HTML; if nothing can be drawn, a sentence about the missing data."""
-        if not self.drawn:
+        if not self.drawable_rows:
             why = _group_names_by_reason(self.known.judged.left_out.values())
             said = f"No diagram of `{self.metric}`: {why or 'there is nothing to draw'}."
             return tag("p", prose(said), class_="quiet")
         frame = "-frame" if self.frames else ""
         chart = Chart(
-            f"work-{self.view.number}-{self.number}{frame}", self.title, self._description(), self.across, self.up,
+            f"work-{self.view.number}-{self.number}{frame}", self.title, self._description(), self.across, self.error_axis,
             WIDTH, HEIGHT, tuple(self._curves()), left=LEFT, top=TOP, right=24.0, bottom=60.0,
         )  # fmt: skip
         chart = replace(chart, under=Overlay(self, chart).markup())
@@ -124,7 +124,7 @@ class Diagram:
     @cached_property
     def across(self) -> Axis:
         """Axis of the effort, from the smallest first quartile to the largest third quartile."""
-        efforts = [row.effort for row in self.drawn if row.effort is not None]
+        efforts = [row.effort for row in self.drawable_rows if row.effort is not None]
         low, high = min(s.q1 or s.median for s in efforts), max(s.q3 for s in efforts)
         if self.clock == UNKNOWNS:
             return _without_overhanging_label(
@@ -135,9 +135,9 @@ class Diagram:
         )
 
     @cached_property
-    def up(self) -> Axis:
+    def error_axis(self) -> Axis:
         """Axis of the error; its lower end is far below the uncertainty but above zero."""
-        positive = [e for row in self.drawn if (e := row.error) is not None and e > 0]
+        positive = [e for row in self.drawable_rows if (e := row.error) is not None and e > 0]
         near = self.uncertainty >= TOLD * min(positive, default=0.0)
         high = max([*positive, self.uncertainty if near else 0.0]) or 1e-12
         low = min([*positive, self.uncertainty or high] if near else positive, default=high)
@@ -149,7 +149,7 @@ class Diagram:
         """Return the position of a point in the plot; a point below the axis is drawn at its lower edge."""
         if row.effort is None or row.error is None:
             return None
-        return row.effort.median, max(row.error, self.up.low)
+        return row.effort.median, max(row.error, self.error_axis.low)
 
     def _curves(self) -> Iterator[Curve]:
         named = len(self.view.lines) <= NAMED
@@ -164,7 +164,7 @@ class Diagram:
 
     def _description(self) -> str:
         front = ", ".join(strip_backticks(name) for name in self._front()) or "empty"
-        return f"Error and cost of {count(len(self.drawn), 'configuration')}; Pareto front, fastest first: {front}."
+        return f"Error and cost of {count(len(self.drawable_rows), 'configuration')}; Pareto front, fastest first: {front}."
 
     def _caption(self, shown: Sequence[str] | None) -> str:
         front = self._front()
@@ -175,7 +175,7 @@ class Diagram:
             said += f"On the Pareto front, {order} first: {', '.join(front[:SHOWN])}{more}."
         if self.uncertainty:
             said += f" Uncertainty of the reference: ± {self.view.amount(self.uncertainty, self.metric)}."
-        low = [row for row in self.drawn if row.error is not None and row.error < self.up.low]
+        low = [row for row in self.drawable_rows if row.error is not None and row.error < self.error_axis.low]
         said += f" {count(len(low), 'point')} with smaller errors are drawn at the lower edge." if low else ""
         said += (
             f" {SHOWN} of {len(self.view.lines)} lines are shown at first: select others in the legend."
@@ -189,9 +189,9 @@ class Diagram:
 
     @property
     def _error_and_effort_scales(self) -> tuple[Scale, Scale]:
-        efforts = [row.effort.median for row in self.drawn if row.effort is not None]
+        efforts = [row.effort.median for row in self.drawable_rows if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
-        return choose_scale([row.error for row in self.drawn], self.known.unit, True), choose_scale(efforts, unit)
+        return choose_scale([row.error for row in self.drawable_rows], self.known.unit, True), choose_scale(efforts, unit)
 
     @property
     def _symbols(self) -> tuple[str, ...]:
@@ -278,7 +278,7 @@ class Overlay:
     def markup(self) -> str:
         """Return all marks as SVG, from back to front."""
         parts = [self._uncertainty_band(), self._rates(), "" if self.diagram.frames else self._front()]
-        rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.drawn]
+        rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.is_drawable]
         return "".join(
             [*parts, *(self._quartile_bar(row) for _, row in rows), *(self._point_marks(row) for _, row in rows)]
         )
@@ -305,7 +305,7 @@ class Overlay:
 
     def _rates(self) -> str:
         """Return the SVG of vertical lines at the frame times of the frame rates in RATES."""
-        stepped = any(row.point.cost.step_s for row in self.diagram.drawn)
+        stepped = any(row.point.cost.step_s for row in self.diagram.drawable_rows)
         if self.diagram.clock == UNKNOWNS or (stepped and not self.diagram.frames):
             return ""
         return "".join(self._rate(1.0 / hz, said) for hz, said in RATES)
@@ -321,7 +321,7 @@ class Overlay:
 
     def _front(self) -> str:
         """Return the SVG of the Pareto front as a step line; points above it or to its right are dominated."""
-        front = [row for row in self.diagram.drawn if row.point.key in self.diagram.known.front]
+        front = [row for row in self.diagram.drawable_rows if row.point.key in self.diagram.known.front]
         corners = sorted({(row.effort.median, max(row.error, self.diagram.uncertainty))
                           for row in front if row.effort is not None and row.error is not None})  # fmt: skip
         if not corners:

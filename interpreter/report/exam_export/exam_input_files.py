@@ -140,7 +140,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     theirs = declared.thing
     if not isinstance(theirs, ExternalSolver) or not theirs.program_entry.moves:
         theirs = ExternalSolver("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
-    if found := list(theirs.of_steps(case)):
+    if found := list(theirs.invalid_step_options(case)):
         raise NotTransferable(found)
     prepared: Any = external_builder.build_external_dynamics(theirs, declared, case, workshop)
     return prepared.asked(), named_of(prepared.solid, case)

@@ -33,6 +33,6 @@ def inline(comparison: ComparisonRecord) -> str:
 def _table(view: SceneView, own: Sequence[SceneView]) -> str:
     """Return the table of the configurations of a scene; if there are many, only the first."""
     heading = tag("p", tag("b", text(view.heading))) if len(own) > 1 else ""
-    left = len(view.once) - ROWS
+    left = len(view.distinct_points) - ROWS
     more = tag("p", prose(f"{left} more are in `comparison.points`."), class_="quiet") if left > 0 else ""
     return heading + configurations(view, ROWS) + more

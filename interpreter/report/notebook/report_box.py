@@ -64,7 +64,7 @@ def _expectation_sort_key(e: ExpectationResult) -> int:
 
 def _results(findings: ReportSummary) -> Sequence[str]:
     """Return for each body a table of results, then footnotes and the errors that models state."""
-    if not findings.everyone:
+    if not findings.all_results:
         return ()
     notes = Notes(linked=False)
     tables = [_table(findings, body, notes) for body in bodies(findings)]
@@ -83,7 +83,7 @@ def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
 def _shapes(findings: ReportSummary) -> str:
     """Return the view of deformed shapes, fewer and coarser than on the page; empty if there are none."""
     report = findings.report
-    shaped = [n for n in (*report.references, *report.models) if findings.everyone[n].shape is not None]
+    shaped = [n for n in (*report.references, *report.models) if findings.all_results[n].shape is not None]
     few = shaped[:SHAPES]
     if not few:
         return ""

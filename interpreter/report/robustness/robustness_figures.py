@@ -63,7 +63,7 @@ def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
     drawn = [_model_strip(model, points, scale, i) for i, (model, points) in enumerate(rows.items())]
     said = f"Classes of {len(rows)} models along {asked.name}"
     pieces = (_nominal_line(asked, scale, len(rows)), *drawn, _value_labels(scale, TOP + ROW * len(rows)))
-    reach = f" from {scale.said(scale.marks[0])} to {scale.said(scale.marks[-1])}"
+    reach = f" from {scale.value_text(scale.marks[0])} to {scale.value_text(scale.marks[-1])}"
     caption = tag("code", text(asked.name)) + text(reach) + _nominal_value_phrase(asked)
     return _figure(said, (WIDTH, height), pieces, caption)
 
@@ -116,7 +116,7 @@ def _value_labels(scale: Ruler, y: float) -> str:
     """Return the SVG of as many value labels as fit without overlap."""
     pieces, end = [], -1e9
     for value in _thin_marks(scale.marks):
-        x, said = _pixel_x(scale, value), scale.said(value)
+        x, said = _pixel_x(scale, value), scale.value_text(value)
         if x - 3.6 * len(said) > end:
             pieces.append(tag("text", text(said), x=f"{x:.1f}", y=y + 20, text_anchor="middle", class_="tick"))
             end = x + 3.6 * len(said) + 6

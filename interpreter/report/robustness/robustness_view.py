@@ -71,7 +71,7 @@ class Ruler:
     def _coordinate(self, value: Any) -> float:
         return place(self.kind, value, self.marks)
 
-    def said(self, value: Any) -> str:
+    def value_text(self, value: Any) -> str:
         """Return a value as text in a suitable unit."""
         return format_value(value, self.unit)
 

@@ -26,7 +26,7 @@ def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
     to
     all bodies.
     """
-    links, everyone = _group_linked_names(findings), [n for n, r in findings.everyone.items() if not _is_given_value(r)]
+    links, everyone = _group_linked_names(findings), [n for n, r in findings.all_results.items() if not _is_given_value(r)]
     groups: dict[str, list[str]] = {}
     for name in everyone:
         groups.setdefault(links.root(f"result {name}"), []).append(name)
@@ -60,7 +60,7 @@ class _Links:
 
 def _group_linked_names(findings: ReportSummary) -> _Links:
     links = _Links()
-    for name, result in findings.everyone.items():
+    for name, result in findings.all_results.items():
         own = list(_names_linked_to_result(findings, name, result))
         for thing in own or list(_users_of_measured_data(findings, name)):
             links.join(f"result {name}", thing)
@@ -85,7 +85,7 @@ def _names_linked_to_result(findings: ReportSummary, name: str, result: Result) 
 def _users_of_measured_data(findings: ReportSummary, name: str) -> Iterator[str]:
     """Yield the metrics and results that use measured data, which have no body of their own."""
     yield from (f"metric {m.name}" for m in findings.metrics if m.against == name and m.probe is not None)
-    for other, result in findings.everyone.items():
+    for other, result in findings.all_results.items():
         if result.shape is not None and result.shape.measured_from == name:
             yield f"result {other}"
 

@@ -83,7 +83,7 @@ def render(report: Report) -> str:
         header(findings),
         sections,
         "report.json",
-        1 + len(findings.everyone),
+        1 + len(findings.all_results),
         *files_of("".join(markup for _, markup in sections)),
     )
 

@@ -65,7 +65,7 @@ class ReportSummary:
         return line if line in self.lines else None
 
     @cached_property
-    def everyone(self) -> dict[str, Result]:
+    def all_results(self) -> dict[str, Result]:
         """Results of all models, then of all references, by name."""
         return {**self.report.models, **self.report.references}
 
@@ -73,7 +73,7 @@ class ReportSummary:
     def moved(self) -> float:
         """Largest absolute value of all probe displacements and length metrics, m, as the scale of rounding errors."""
         found = [0.0]
-        for result in self.everyone.values():
+        for result in self.all_results.values():
             found += [abs(m.value) for m in result.metrics.values() if m.unit == "m" and m.value is not None]
             for probe in result.probes.values():
                 u = probe.displacement[np.isfinite(probe.displacement)]
@@ -83,13 +83,13 @@ class ReportSummary:
     @cached_property
     def metrics(self) -> tuple[MetricColumn, ...]:
         """Metrics with at least one value, in the order of the scene."""
-        found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
+        found = {name: m.unit for r in self.all_results.values() for name, m in r.metrics.items()}
         order = {name: i for i, name in enumerate(self.declared)}
         names = sorted(found, key=lambda name: order.get(name, len(order)))
         return tuple(self._metric_column(name, found[name]) for name in names)
 
     def _metric_column(self, name: str, unit: str) -> MetricColumn:
-        clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
+        clock = any("verdict" in r.metrics[name].details for r in self.all_results.values() if name in r.metrics)
         known = self.declared.get(name, UNKNOWN)
         against, line = known.against, self.line(name)
         measured = against if against in self.report.references else None
@@ -104,7 +104,7 @@ class ReportSummary:
         return tuple(m for m in self.metrics if m.is_error)
 
     @cached_property
-    def telling(self) -> tuple[MetricColumn, ...]:
+    def ranked_error_metrics(self) -> tuple[MetricColumn, ...]:
         """Error metrics by importance: first those that expectations use.
 
         Expectations show what the scene is about. The other metrics follow in the order of the scene.
@@ -136,7 +136,7 @@ class ReportSummary:
     def probes(self) -> dict[str, dict[str, ProbeResult]]:
         """Results at each probe, by the name of the model or reference."""
         found: dict[str, dict[str, ProbeResult]] = {}
-        for name, result in self.everyone.items():
+        for name, result in self.all_results.items():
             for probe, seen in result.probes.items():
                 found.setdefault(probe, {})[name] = seen
         return found
@@ -144,14 +144,14 @@ class ReportSummary:
     @cached_property
     def unsolved(self) -> dict[str, Result]:
         """Models and references that were attempted but have no solution."""
-        return {n: r for n, r in self.everyone.items() if r.status not in (*ANSWERED, *LEFT_OUT)}
+        return {n: r for n, r in self.all_results.items() if r.status not in (*ANSWERED, *LEFT_OUT)}
 
     # -------------------------------------------------------------- sentences
 
     @property
-    def of_last(self) -> str:
+    def last_state_phrase(self) -> str:
         """Phrase such as ` in the last state, 18.25 %`, added to numbers; empty for a scene without states."""
-        last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
+        last = next((r.states[-1] for r in self.all_results.values() if r.states), None)
         return "" if last is None else f" in the last state, {format_state(last)}"
 
     @property
@@ -185,9 +185,9 @@ class ReportSummary:
 
     def _closest_to_first_phrases(self) -> Iterator[str]:
         """Yield phrases on the models closest to the first reference, and to the first measurement."""
-        where = f"{self.of_last.strip()}, " if self.of_last else ""
+        where = f"{self.last_state_phrase.strip()}, " if self.last_state_phrase else ""
         said = [where + words for words in self.closest()]
-        known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
+        known = list(dict.fromkeys(str(m.against) for m in self.ranked_error_metrics if self.best(m)))
         measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "measurement")
         chosen = dict.fromkeys([0, next(measured, 0)])
         yield from (said[i] for i in chosen if i < len(said))
@@ -198,7 +198,7 @@ class ReportSummary:
         It uses the most important metric of the reference. With `probe`, only metrics at that probe count.
         """
         said: dict[str, str] = {}
-        for metric in self.telling:
+        for metric in self.ranked_error_metrics:
             if probe is not None and metric.probe != probe:
                 continue
             if metric.against in said or not (best := self.best(metric)):
@@ -246,7 +246,7 @@ class ReportSummary:
             return "warn", "Finished, no model was run"
         if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
             return "bad", f"Finished, with inverted cells in {join_names(inverted)}: not a physical state"
-        ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
+        ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.all_results.values()) else "everything"
         return "good", f"Finished, {ran} converged" + (
             ", every expectation met" if self._has_met_all_expectations else ""
         )

@@ -141,7 +141,7 @@ class _Rows:
     @cached_property
     def _largest(self) -> dict[str, float]:
         """Largest absolute value of each metric."""
-        everyone = [self.findings.everyone[n] for n in self.body.results]
+        everyone = [self.findings.all_results[n] for n in self.body.results]
         values = {m.name: [value_of(r, m.name) for r in everyone] for m in self.metrics}
         return {n: max((abs(v) for v in known if v is not None), default=0.0) for n, known in values.items()}
 
@@ -151,7 +151,7 @@ class _Rows:
         Columns that do not fit follow below, with the names repeated.
         """
         head = ["", *(m.name for m in self.metrics), *EFFORT]
-        rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
+        rows = [self._row(n, self.findings.all_results[n]) for n in self.body.results]
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
         blocks = _split_columns(widths, room, len(EFFORT))
         return "\n\n".join(self._block(head, rows, widths, block) for block in blocks)

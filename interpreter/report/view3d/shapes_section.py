@@ -109,7 +109,7 @@ class _Shapes:
     @cached_property
     def errors(self) -> dict[str, Floats]:
         """Errors (n,), m, at all points of the deformed surface of each model or reference, before thinning."""
-        shapes = ((n, self.findings.everyone[n].shape) for n in self.shapes)
+        shapes = ((n, self.findings.all_results[n].shape) for n in self.shapes)
         return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
 
     @cached_property
@@ -123,15 +123,15 @@ class _Shapes:
         return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
 
     @cached_property
-    def clipped(self) -> float:
+    def typical_error_limit(self) -> float:
         """Upper end of the colour scale of typical errors, m; surfaces with FAR times larger errors are ignored."""
         usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
         return max((h for h in self.high.values() if h <= usual), default=self.most)
 
     @cached_property
-    def beyond(self) -> list[str]:
+    def names_beyond_scale(self) -> list[str]:
         """Names of the models and references whose errors are far beyond the typical ones."""
-        return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
+        return [n for n, h in self.high.items() if h > FAR / 2 * self.typical_error_limit]
 
     @cached_property
     def first(self) -> dict[str, DrawnSurface]:
@@ -161,7 +161,7 @@ class _Shapes:
     @cached_property
     def carried(self) -> FieldColours | None:
         """Stress, strain and contact fields as colours; None if no result has them."""
-        given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
+        given = {n: s for n in self.shapes if (s := self.findings.all_results[n].shape) is not None}
         if not any(c.values is not None for s in given.values() for c in s.carried):
             return None
         from softmark.interpreter.report.view3d.surface_fields import FieldColours
@@ -176,7 +176,7 @@ class _Shapes:
     def figure(self) -> str:
         """Return the HTML of the figure: controls, pictures, colour bar, caption and numbers."""
         bar = (
-            colour_bar(self.most, self.clipped, f"distance from {strip_backticks(self.against)}") if self.errors else ""
+            colour_bar(self.most, self.typical_error_limit, f"distance from {strip_backticks(self.against)}") if self.errors else ""
         )
         unknown = tag(
             "p",
@@ -190,7 +190,7 @@ class _Shapes:
             "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._csv_link()
         )
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
-        kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
+        kind = FigureKind(self.key, bool(self.names_beyond_scale), letters(self.view))
         words = carried.words if carried else ()
         controls = toolbar(
             self._shape_entries(),
@@ -268,7 +268,7 @@ class _Shapes:
 
     def _still_picture(self) -> str:
         words = "Deformed shapes", f"{self._ranking()} {self._error_texts()}"
-        top = self.clipped if self.beyond else self.most
+        top = self.typical_error_limit if self.names_beyond_scale else self.most
         if not self.stills or (self.carried and not self.errors):
             return ""
         return tag("noscript", render_still(self.first, self.view, top, words, f"shapes{self.key}"))
@@ -292,7 +292,7 @@ class _Shapes:
                 "view": (self.view.turn, self.view.tilt),
                 "frame": self.view.frame.tolist(),
                 "most": self.most,
-                "clipped": self.clipped,
+                "clipped": self.typical_error_limit,
                 "decades": DECADES,
                 "meshes": triangles,
                 "shapes": packs,
@@ -342,10 +342,10 @@ class _Shapes:
 
     def _clipping_sentence(self) -> str:
         """Return a sentence on the shapes whose errors are beyond the scale of typical errors."""
-        if not self.beyond:
+        if not self.names_beyond_scale:
             return ""
-        names, clip = join_few_names([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
-        one = len(self.beyond) == 1
+        names, clip = join_few_names([f"`{n}`" for n in self.names_beyond_scale]), format_quantity(self.typical_error_limit, "m", 3)
+        one = len(self.names_beyond_scale) == 1
         return f" It ends at {clip}, so that typical errors can be distinguished; {names} exceed{'s' * one} this."
 
     # -------------------------------------------------------------- numbers
@@ -368,7 +368,7 @@ class _Shapes:
 
     @property
     def _full_surfaces(self) -> list[DrawnSurface]:
-        return [s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None]
+        return [s for n in self.shapes if (s := self.findings.all_results[n].shape) is not None]
 
     def _csv_link(self) -> str:
         header = ["name", "points", "triangles", "measured from", *(f"{s} error [m]" for s in STATISTICS)]

@@ -65,7 +65,7 @@ class Configuration:
         """Label for display, such as `corot_tet, h = 5 mm`; the exact values are in `variation`."""
         return ", ".join((self.model, *format_values(self.model, self.variation)))
 
-    def described(self) -> dict[str, Any]:
+    def identity_entries(self) -> dict[str, Any]:
         """Return the JSON entries that identify the configuration in a comparison."""
         return {
             "key": self.key, "scene": self.scene, "model": self.model, "label": self.label, "study": self.study,
@@ -82,7 +82,7 @@ class SceneSubject:
     folder: Path
     models: tuple[str, ...] = ()  # selected models; empty: all
 
-    def described(self) -> dict[str, Any]:
+    def scene_entries(self) -> dict[str, Any]:
         """Return the JSON entry of the scene in a comparison: name, text and origin."""
         known = describe_scene(self.scene)
         if states := states_of(self.scene):  # a study uses the last state

@@ -62,7 +62,7 @@ class VariedScene:
         """Return each value as the text of an override, by the name of the quantity."""
         return {name: self.quantity(name).written(v) for name, v in values}
 
-    def site(self, values: Values) -> SceneAtValues:
+    def scene_at(self, values: Values) -> SceneAtValues:
         """Return the scene with changed values, compiled once for all models."""
         if values not in self._sites:
             self._sites[values] = self._compile_scene(values)
@@ -82,7 +82,7 @@ class VariedScene:
         Its key covers the configuration and the requested results.
         """
         if (values, model) not in self._tasks:
-            task = task_of(self.subject, self.site(values).scene, model)
+            task = task_of(self.subject, self.scene_at(values).scene, model)
             truth = self._reference_model()
             asked = "stated" if truth is None else f"stated, and {truth.model} by {truth.metric}"
             key = hashlib.sha256(f"{task.key} {asked}".encode()).hexdigest()
@@ -99,7 +99,7 @@ class VariedScene:
 
     def refusal(self, values: Values, model: str) -> ClassifiedPoint | None:
         """Return the class of a point whose scene has errors that concern the model; None if there are none."""
-        site = self.site(values)
+        site = self.scene_at(values)
         if not site.errors:
             return None
         own = [d for d in site.errors if not _is_about_another_model(site.scene, self.subject.scene, d, model)]

@@ -82,15 +82,15 @@ def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) ->
         desk = TaskQueue(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
         trials = [StudyTrial(VariedScene(subject, one), desk, request.say) for one in asked]
         try:
-            for stage in (StudyTrial.start, StudyTrial.map):
+            for stage in (StudyTrial.start, StudyTrial.request_map_points):
                 for trial in trials:
                     stage(trial)
                 desk.work()
         except KeyboardInterrupt as stop:
             kept = f"{len(journal.on_disk(KIND))} points are saved in {journal.path}"
             raise Interrupted(f"{kept}; continue with the same command and `--resume`") from stop
-    created, studies = started.isoformat(timespec="seconds"), tuple(t.found() for t in trials)
-    return Robustness.of(created, describe_environment(started), request.command, subject.described(), studies)
+    created, studies = started.isoformat(timespec="seconds"), tuple(t.make_record() for t in trials)
+    return Robustness.of(created, describe_environment(started), request.command, subject.scene_entries(), studies)
 
 
 def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[ResolvedStudy]:
@@ -150,12 +150,12 @@ class StudyTrial:
 
     def _continue_walk(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
         """Request the next point of a walk; when its class is available, request the one after it."""
-        t = walk.wanted()
+        t = walk.next_position()
         if t is None:
             return
 
         def told(found: ClassifiedPoint) -> None:
-            walk.tell(t, PointClass.of(found.word, found.status))
+            walk.record_outcome(t, PointClass.of(found.word, found.status))
             self._continue_walk(model, quantity, walk)
 
         self.look(model, {quantity.name: walk.ladder.at(t)}, told)
@@ -177,7 +177,7 @@ class StudyTrial:
             return owner in with_dependencies(scene, [model])
         ends: list[Value] = [ladder.at(t) for ladder in quantity.ladders for t in ladder.rungs]
         tried = (self.ground.values({quantity.name: v}) for v in (*ends, *quantity.options))
-        sound = next((v for v in tried if v and not self.ground.site(v).errors), None)
+        sound = next((v for v in tried if v and not self.ground.scene_at(v).errors), None)
         return sound is None or self.ground.task(sound, model).key != self.ground.task((), model).key
 
     # ------------------------------------------------------------------ one point
@@ -196,7 +196,7 @@ class StudyTrial:
             self.desk.ask(task, lambda outcome: then(self._classify_outcome(values, model, outcome)))
 
     def _classify_outcome(self, values: Values, model: str, outcome: LeanOutcome) -> ClassifiedPoint:
-        asked, site = self.asked, self.ground.site(values)
+        asked, site = self.asked, self.ground.scene_at(values)
         numerical = uncertainty_of(outcome, asked.against, asked.probe, asked.metric)
         uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
         found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
@@ -214,7 +214,7 @@ class StudyTrial:
 
     # ------------------------------------------------------------------ maps
 
-    def map(self) -> None:
+    def request_map_points(self) -> None:
         """Request every point of all validity maps."""
         for model, x, y, xs, ys in self._map_grids():
             for a in xs:
@@ -242,7 +242,7 @@ class StudyTrial:
         known = self.points.get((self.ground.values({name: value}), model))
         return known.found if known else None
 
-    def found(self) -> RobustnessStudyRecord:
+    def make_record(self) -> RobustnessStudyRecord:
         """Return the results of the study as a record."""
         asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
         return RobustnessStudyRecord(

@@ -24,7 +24,7 @@ def edge_of(
     `others` are walks of other models in the same direction; models that are still right are part of the remedy. `at`
     returns the class of a model at a value.
     """
-    found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
+    found, verdicts, ladder = walk.edge(), walk.summarize(), walk.ladder
 
     def value(t: float | None) -> float | None:
         return None if t is None else ladder.at(t) if t > 0 else float(quantity.nominal)

@@ -55,7 +55,7 @@ class TimedSolution:
     during: Record
 
     @property
-    def good(self) -> bool:
+    def is_solved(self) -> bool:
         """True if the model was solved."""
         return self.solution.status in SOLVED
 
@@ -118,7 +118,7 @@ def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Reco
         "setup": setup,
         "memory": memory_use() | {"before": before},
     }
-    if not found.runs[-1].good:
+    if not found.runs[-1].is_solved:
         return record
     if last.spent is not None:
         record |= {"clock": WHOLE if last.spent.most else OWN, "memory": {}}
@@ -269,14 +269,14 @@ def _time_solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None
     """Solve once as a warm-up, and then repeatedly until the solutions have taken `job.least_s` seconds."""
     gc.collect()
     before, first = measure_pace(), _time_solution(prepared, where)
-    if not first.good or first.wall > job.patience_s:
+    if not first.is_solved or first.wall > job.patience_s:
         return TimedSolutions([first], paces=[before, measure_pace()], during=first.during)
     compiling = _compilation_counter()
     found = TimedSolutions([], warmed=True, paces=[measure_pace()])
     while not found.runs or sum(r.wall for r in found.runs) < job.least_s:
         found.runs.append(_time_solution(prepared, where))
         found.paces.append(measure_pace())
-        if not found.runs[-1].good:
+        if not found.runs[-1].is_solved:
             break
     found.compiled = compiling()
     found.during = _sum_counters([r.during for r in found.runs])

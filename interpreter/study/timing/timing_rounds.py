@@ -73,7 +73,7 @@ class _TimingRecords:
         """Return the records of the runs of a job that have a solution and its time."""
         return [r for r in self.of(job) if timing_quality.is_timed_solution(r)]
 
-    def wanted(self, job: TimingJob) -> int:
+    def wanted_run_count(self, job: TimingJob) -> int:
         """Return the number of undisturbed runs that a job should have."""
         costly = any(r.get("elapsed_s", 0.0) > job.costly_s for r in self.timed(job))
         return min(self.repeats, FEW) if costly else self.repeats
@@ -85,11 +85,11 @@ class _TimingRecords:
         """
         if any(r.get("status") not in SOLVED for r in self.of(job)):
             return False
-        runs, wanted = self.timed(job), self.wanted(job)
+        runs, wanted = self.timed(job), self.wanted_run_count(job)
         calm = sum(timing_quality.is_undisturbed(r, self.pace) for r in runs)
         return calm < wanted and len(runs) < wanted + self.extra
 
-    def unexplained(self) -> list[TimingJob]:
+    def jobs_without_phases(self) -> list[TimingJob]:
         """Return the jobs that still need a run with clocks for phases."""
         if not self.phases:
             return []
@@ -116,7 +116,7 @@ def time_jobs(
     for record in done:
         if record.get("host") == describe_host():
             book.add(record)
-    if any(map(book.due, unique)) or book.unexplained():
+    if any(map(book.due, unique)) or book.jobs_without_phases():
         with _TimingRunner(keep, say) as desk:
             desk.work(book)
     return {job.key: timing_quality.summarize_cost(book.of(job), repeats, book.pace) for job in unique}
@@ -150,10 +150,10 @@ class _TimingRunner:
             self._wait_until_idle(max(job.threads for job in due))
             for job in due:
                 tries = len(book.timed(job)) + 1
-                self.say("time", f"{job.called}: run {tries} of {max(tries, book.wanted(job))}")
+                self.say("time", f"{job.called}: run {tries} of {max(tries, book.wanted_run_count(job))}")
                 with exclusive_timing(self.say):
                     self._time_job_once(book, job, "timed")
-        for job in book.unexplained():
+        for job in book.jobs_without_phases():
             self.say("time", f"{job.called}: profile of CPU time")
             self._wait_until_idle(job.threads)
             with exclusive_timing(self.say):

@@ -103,7 +103,7 @@ class BeamLine:
                     low, high = sorted(shape.section_coordinates(p)[0] for p in (tendon.begin, tendon.end))
                     ends = np.clip(self.s, low, high)
                     arms, slopes = self._tendon_arms_and_slopes(tendon, 0.5 * (ends[1:] + ends[:-1]))
-                    both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
+                    both += rod.tendon_forces(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
                 case PointLoad(at=at, force=force) if axis_station(self.case, at) is None:
                     X, axes = self.at_rest
                     off = np.array(at) - X
@@ -163,7 +163,7 @@ class BeamLine:
             found |= self._components_in_selection(support, [*support.thing.components, 3, 4, 5])
         return found
 
-    def carries(self, support: Declared) -> NDArray[np.bool_]:
+    def carried_components(self, support: Declared) -> NDArray[np.bool_]:
         """Return a mask of the nodal force and moment components (n, 6) that one support carries.
 
         A moment component is included if the support prevents rotations about its axis.
@@ -290,7 +290,7 @@ def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
     """Return the reaction of every support by name, and their rounding error, N. Raises NoIndependentFormula."""
     inside, outside, _, noise = _internal_and_external_forces(found)
     beam, left = beam_line_of(found), (inside - outside) / _moment_scaling(found)
-    masks = {support.name: beam.carries(support) for support in beam.case.supports}
+    masks = {support.name: beam.carried_components(support) for support in beam.case.supports}
     return sum_by_support(masks, left, rod_of(found)[0].x), LEFT * noise
 
 

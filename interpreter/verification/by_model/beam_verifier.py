@@ -46,7 +46,7 @@ class BeamVerifier(Verifier):
         flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
         bending = np.hypot(rod.curvatures[:, 1], rod.curvatures[:, 2])
         twisted = arm * float(np.abs(rod.curvatures[:, 0]).max())
-        round_ = {} if found.case.prism.section.hollow is None else {"curvature_per_m": float(bending.max())}
+        round_ = {} if found.case.prism.section.hole_radius is None else {"curvature_per_m": float(bending.max())}
         return {
             **round_,
             "largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched,
@@ -68,7 +68,7 @@ class BeamVerifier(Verifier):
         """
         segments = answer.declared.thing.segments
         try:
-            with answer.budget.reserving(answer.others if answer.asked else 0.0):
+            with answer.budget.reserving(answer.reserved_solution_cost if answer.asked else 0.0):
                 fine = seen.of(self._solve_with_segments(answer, 2 * segments))
         except NoErrorEstimate:
             return super().discretisation(answer, seen)
@@ -84,7 +84,7 @@ class BeamVerifier(Verifier):
         thing = answer.declared.thing
         declared = replace(answer.declared, thing=replace(thing, segments=segments))
         costs = segments / thing.segments
-        return answer.solved(f"segments {segments}", declared, answer.case, costs, slight=True)[0]
+        return answer.solve_other_model(f"segments {segments}", declared, answer.case, costs, slight=True)[0]
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
         """Return solutions with half and a quarter of the segments, each with its ratio to the one before it.
@@ -111,13 +111,13 @@ class BeamVerifier(Verifier):
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the error of beam theory in a result, in the unit of its metric. Raises NoErrorEstimate."""
         tensors = isinstance(seen.metric, TensorMetric)
-        if not (seen.in_forces or seen.in_displacements or tensors):
+        if not (seen.is_about_forces or seen.is_about_displacements or tensors):
             raise NoErrorEstimate(f"{NO_ERROR}: the error of {self.theory} theory is known for displacements only")
         missing = self.left_out(answer)
         if tensors:
             leans = max(map(taper_error, self.pieces(answer.case)))
             return (2.0 * missing + leans) * section_stress_scale(answer, seen)
-        return (2.0 if seen.in_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
+        return (2.0 if seen.is_about_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
 
     def left_out(self, answer: SolutionUnderTest) -> float:
         """Return the relative displacement error of beam theory. Raises NoErrorEstimate."""
@@ -144,8 +144,8 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     clamped = (1.0 - twists) * flat_strips.clamp_effect_on_bending(section, length, poisson, spans, thing.shear)
     missing = bends * (clamped + twists * flat_strips.clamp_effect_on_torsion(section, length, poisson, spans))
     missing += (1.0 - bends) * flat_strips.clamp_effect_on_stretch(section, length, poisson, spans)
-    missing += TAPERED * case.prism.slope**2 + curved_beam_limits.slender_rod_error(case.prism)
-    missing += flat_strips.strip_stiffening(section, poisson, curvature + case.prism.bend)
+    missing += TAPERED * case.prism.taper_slope**2 + curved_beam_limits.slender_rod_error(case.prism)
+    missing += flat_strips.strip_stiffening(section, poisson, curvature + case.prism.axis_curvature)
     missing += flat_strips.ovalling_softening(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
@@ -160,7 +160,7 @@ def taper_error(shape: Swept) -> float:
 
     The stress formula already accounts for the slope of the outer surface.
     """
-    return (LEANING if shape.section.hollow is None else BORED) * shape.slope
+    return (LEANING if shape.section.hole_radius is None else BORED) * shape.taper_slope
 
 
 def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:

@@ -151,7 +151,7 @@ class DeformedNetwork:
         near = (i for i, m in enumerate(self.network.members) if point in (m.begin, m.end))
         return next(near)
 
-    def carries(self, support: Declared) -> NDArray[np.bool_]:
+    def carried_components(self, support: Declared) -> NDArray[np.bool_]:
         """Return a mask of the force and moment components (p, 6), in space axes, that one support carries.
 
         At a hinge it includes the moment about the hinge axis, which `held` removes.
@@ -169,7 +169,7 @@ class DeformedNetwork:
         return not isinstance(support.thing, Pinned) or support.thing.axis is not None
 
     @cached_property
-    def hinged(self) -> dict[int, Floats]:
+    def hinge_axes_by_place(self) -> dict[int, Floats]:
         """Axis of the hinge at each place and two axes normal to it, as rows (3, 3), by index of the place.
 
         If a place has several hinges, the first one counts.
@@ -178,14 +178,14 @@ class DeformedNetwork:
         for support in self.found.case.supports:
             if not isinstance(support.thing, Pinned) or (axis := support.thing.axis) is None:
                 continue
-            for i in np.flatnonzero(self.carries(support).any(axis=1)).tolist():
+            for i in np.flatnonzero(self.carried_components(support).any(axis=1)).tolist():
                 found.setdefault(i, np.array([axis, *transverse(axis)]))
         return found
 
-    def turned(self, forces: Floats) -> Floats:
+    def resolve_hinge_moments(self, forces: Floats) -> Floats:
         """Return forces and moments (p, 6), with moments at hinges as components along and normal to the hinge axis."""
         found = forces.copy()
-        for i, rows in self.hinged.items():
+        for i, rows in self.hinge_axes_by_place.items():
             found[i, 3:] = rows @ forces[i, 3:]
         return found
 
@@ -196,10 +196,10 @@ class DeformedNetwork:
         """
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:
-            own = self.carries(support)
+            own = self.carried_components(support)
             if isinstance(support.thing, Pinned) and support.thing.axis is not None:
                 for i in np.flatnonzero(own.any(axis=1)).tolist():
-                    one = np.linalg.norm(np.cross(support.thing.axis, self.hinged[i][0])) <= ALIGNED
+                    one = np.linalg.norm(np.cross(support.thing.axis, self.hinge_axes_by_place[i][0])) <= ALIGNED
                     own[i, 3] = own[i, 3] and not one
             found |= own
         return found
@@ -261,7 +261,7 @@ class FrameVerifier(BeamVerifier):
         Raises NoIndependentFormula.
         """
         inside, outside, fixed, noise = _internal_and_external_forces(found)
-        inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
+        inside, outside = (frame_of(found).resolve_hinge_moments(forces) for forces in (inside, outside))
         return worse_balance(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
@@ -271,7 +271,7 @@ class FrameVerifier(BeamVerifier):
         """
         inside, outside, _, noise = _internal_and_external_forces(found)
         frame = frame_of(found)
-        masks = {support.name: frame.carries(support) for support in found.case.supports}
+        masks = {support.name: frame.carried_components(support) for support in found.case.supports}
         return sum_by_support(masks, (inside - outside) / _moment_scaling(found), frame.x), LEFT * noise
 
     def left_out(self, answer: SolutionUnderTest) -> float:
@@ -314,7 +314,7 @@ def _member_theory_error(network: Network, number: int, poisson: float, curvatur
     found += flat_strips.strip_stiffening(section, poisson, curvature) + flat_strips.ovalling_softening(
         section, poisson, curvature
     )
-    return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
+    return found + JOINED * 0.5 * deep / length + TAPERED * member.taper_slope**2
 
 
 VERIFIER = FrameVerifier()

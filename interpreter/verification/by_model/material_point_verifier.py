@@ -75,7 +75,7 @@ class MaterialPointVerifier(Verifier):
         if thing.strain == best:
             return 0.0
         other = replace(answer.declared, thing=thing.plain(strain=best))
-        right = seen.of(answer.solved("best", other, case_for(answer.scene, other), slight=True)[0])
+        right = seen.of(answer.solve_other_model("best", other, case_for(answer.scene, other), slight=True)[0])
         if not (apart := right.apart(seen)) <= HOPELESS * right.size:
             raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
         return apart

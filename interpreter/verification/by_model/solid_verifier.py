@@ -69,7 +69,7 @@ def _needs_full_solve(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> 
     This is so in dynamics, with history-dependent states, with pressed rigid bodies, and for forces in contact.
     """
     case = answer.case
-    touching = seen.in_forces and bool(case.contacts or case.pairs)
+    touching = seen.is_about_forces and bool(case.contacts or case.pairs)
     return answer.in_time or case.has_history or case.has_force_driven_body or touching
 
 
@@ -95,7 +95,7 @@ class SolidVerifier(SizedMeshVerifier):
             return {}
         each = [(own, which) for own, which in split_by_material(found.case, mesh) if own.material.poisson >= 0.5]
         try:
-            grown = [mixed_solid(found.declared.thing, own, mesh, which).grown() for own, which in each]
+            grown = [mixed_solid(found.declared.thing, own, mesh, which).largest_volume_changes() for own, which in each]
         except NoIndependentFormula:  # the balance of forces says why
             return {}
         whole = {"body_volume": grown[0][1]} if not found.case.parts else {}
@@ -103,21 +103,21 @@ class SolidVerifier(SizedMeshVerifier):
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
         """Compute the force balance by solvers/independent_forces/solid_forces.py. Raises NoIndependentFormula."""
-        return balance_of(self._solved(found)), found.solution.facts.get("residual")
+        return balance_of(self._verified_state(found)), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
         """Compute the reactions by the same formulas, from the cells around supported nodes.
 
         Raises NoIndependentFormula.
         """
-        return reactions_of(self._solved(found))
+        return reactions_of(self._verified_state(found))
 
     def rounding(self, found: VerifiedSolution) -> float:
         """Return the rounding error of forces at supported nodes, N: machine epsilon times the force at unit strain."""
-        state = self._solved(found)
+        state = self._verified_state(found)
         return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
 
-    def _solved(self, found: VerifiedSolution) -> SolidState:
+    def _verified_state(self, found: VerifiedSolution) -> SolidState:
         """Return the state under verification, built once. Raises NoIndependentFormula."""
         if SolidVerifier not in found.known:
             found.known[SolidVerifier] = solid_state(found.declared.thing, found.case, found.solution.mesh)
@@ -154,13 +154,13 @@ class SolidVerifier(SizedMeshVerifier):
             fine = seen.of(solution)
         apart = fine.change(seen)
         if apart > TRIFLE * fine.size:
-            apart = max(apart, CHANCE * self._around(answer, seen))
-        if seen.in_forces and (answer.case.contacts or answer.case.pairs):
-            farther, ratio = self._farther(answer, seen)  # the edge of contact in its cell may hide a difference
+            apart = max(apart, CHANCE * self._distance_near_point(answer, seen))
+        if seen.is_about_forces and (answer.case.contacts or answer.case.pairs):
+            farther, ratio = self._change_from_coarser_mesh(answer, seen)  # the edge of contact in its cell may hide a difference
             apart = max(apart, farther / ratio**HIGHEST)
         if isinstance(seen.metric, TensorMetric) and apart > TRIFLE * fine.size:
             leaves = max(leaves, self._factor_by_observed_order(answer, seen, apart))
-        size = max(fine.beside(apart), fine.acting)
+        size = max(fine.comparison_scale(apart), fine.acting)
         left = leaves * apart
         if not left <= HOPELESS * size:
             raise NoErrorEstimate(
@@ -181,13 +181,13 @@ class SolidVerifier(SizedMeshVerifier):
         factor assumes. Returns 0 without a coarser mesh, and if the coarser mesh is closer than the finer space: such
         meshes are too coarse or agree by chance, and show no order.
         """
-        farther, ratio = self._farther(answer, seen)
+        farther, ratio = self._change_from_coarser_mesh(answer, seen)
         if farther < apart:
             return 0.0
         order = max(math.log(farther / apart) / math.log(ratio), LEAST)
         return 1.0 / -math.expm1(-order * math.log(FINER))
 
-    def _farther(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[float, float]:
+    def _change_from_coarser_mesh(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[float, float]:
         """Return the change of a result from a coarser mesh, in the unit of its metric, and the ratio of cell sizes.
 
         The change is 0 without a coarser mesh.
@@ -198,14 +198,14 @@ class SolidVerifier(SizedMeshVerifier):
         except NoErrorEstimate:
             return 0.0, FINER
 
-    def _around(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+    def _distance_near_point(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the distance to the finer space at nodes of the cells around the metric's point, in the metric's unit.
 
         At one point two inaccurate meshes may agree by chance where their difference changes sign, but not at all nodes
         around it. The distance is zero for metrics that are not about a single point.
         """
-        mesh, tensors = answer.mesh, seen.tensors_at_one
-        if mesh is None or not (seen.single or tensors):
+        mesh, tensors = answer.mesh, seen.is_tensor_at_point
+        if mesh is None or not (seen.is_single_displacement or tensors):
             return 0.0
         X, cells = mesh.mesh.points, mesh.mesh.cells
         nearest = int(np.linalg.norm(X - seen.X[-1], axis=1).argmin())
@@ -215,7 +215,7 @@ class SolidVerifier(SizedMeshVerifier):
             return seen.around(X[nodes], solution)
         fine = solution.displacement
         assert fine is not None
-        return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
+        return seen.rms_displacement_change(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
 
     def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
         """Return whether refinement barely reduces the stress jump between cells where the metric is evaluated.
@@ -251,13 +251,13 @@ class SolidVerifier(SizedMeshVerifier):
         tight = full and element.order > 1 and not answer.own.material.thin and _largest_poisson(answer) >= TIGHT
         return element.leaves * (LOST if tight else 1.0)
 
-    def _above(self, answer: SolutionUnderTest) -> finer_space_error.FinerState:
+    def _finer_state(self, answer: SolutionUnderTest) -> finer_space_error.FinerState:
         """Return the solved state of the finer space, computed once. Raises NoErrorEstimate."""
         own = (answer.scene, answer.solid, answer.own)
 
         def find() -> finer_space_error.FinerState:
-            with answer.budget.reserving(answer.others):
-                solved = answer.on_nodes(SYSTEM * FINER**answer.dimension * answer.system)
+            with answer.budget.reserving(answer.reserved_solution_cost):
+                solved = answer.require_deformed_mesh(SYSTEM * FINER**answer.dimension * answer.setup_and_solve_fraction)
                 return finer_space_error.solve_finer_space(*own, solved, answer.tangent, answer.budget)
 
         above: finer_space_error.FinerState = answer.once("above", find)
@@ -269,14 +269,14 @@ class SolidVerifier(SizedMeshVerifier):
         The finer model is solved from the start if history or contacts count, and otherwise from the state that was
         found. Raises NoErrorEstimate.
         """
-        nearby = not (seen.in_forces or _needs_full_solve(answer, seen))
+        nearby = not (seen.is_about_forces or _needs_full_solve(answer, seen))
         if nearby and not (answer.case.contacts or answer.case.pairs):
-            return self._above(answer).solution, self._error_ratio(answer)
+            return self._finer_state(answer).solution, self._error_ratio(answer)
         try:
             return self._solve_finer_model(answer)
         except BudgetExceeded:
             if nearby and answer.asked:
-                return self._above(answer).solution, self._error_ratio(answer)
+                return self._finer_state(answer).solution, self._error_ratio(answer)
             raise
 
     def _solve_finer_model(self, answer: SolutionUnderTest) -> tuple[Solution, float]:
@@ -290,15 +290,15 @@ class SolidVerifier(SizedMeshVerifier):
         if explicit:  # finer cells need shorter steps
             case = replace(case, analysis=replace(analysis, step=0.5 * analysis.step))
         costs = UNSURE * (2.0 if explicit else 1.0)
-        with answer.budget.reserving(answer.others):
+        with answer.budget.reserving(answer.reserved_solution_cost):
             nested = costs * FINER**dimension
             sized = answer.solid.thing.size is not None
-            if answer.chosen("nested", not sized or nested * answer.budget.solution <= answer.budget.left):
-                model, make = finer_space_error.finer_cells(answer.solid.thing, case, answer.on_nodes())
+            if answer.choose_for_all_states("nested", not sized or nested * answer.budget.solution <= answer.budget.left):
+                model, make = finer_space_error.finer_cells(answer.solid.thing, case, answer.require_deformed_mesh())
                 declared = replace(answer.solid, thing=model)
-                return answer.solved("finer cells", declared, case, nested, mesh=make)[0], self._error_ratio(answer)
+                return answer.solve_other_model("finer cells", declared, case, nested, mesh=make)[0], self._error_ratio(answer)
             costs *= SOMEWHAT**dimension
-            solution, size = answer.solved("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
+            solution, size = answer.solve_other_model("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
         ratio = (size["elements"] / self.cells(answer)) ** (1.0 / dimension)
         if ratio < NEAR:
             raise NoErrorEstimate("a finer mesh is the same one")
@@ -309,13 +309,13 @@ class SolidVerifier(SizedMeshVerifier):
         return SEEPING if answer.case.porous else min(float(answer.solid.thing.order), HIGHEST)
 
     def _finer_displacement_field(self, answer: SolutionUnderTest) -> CachedField:
-        found: CachedField = self._above(answer).solution.displacement  # type: ignore[assignment]
+        found: CachedField = self._finer_state(answer).solution.displacement  # type: ignore[assignment]
         return found
 
     def _finer_space_frequencies(self, answer: SolutionUnderTest, count: int) -> Floats:
         def find() -> Floats:
             coarse, known = answer.tangent()
-            return self._above(answer).frequencies(coarse, answer.state, known, count)
+            return self._finer_state(answer).frequencies(coarse, answer.state, known, count)
 
         found: Floats = answer.once(f"tones {count}", find)
         return found
@@ -328,7 +328,7 @@ class SolidVerifier(SizedMeshVerifier):
         order = SEEPING if answer.case.porous else float(thing.order)
         return error_from_coarser(self.coarser(answer), seen, order, answer)
 
-    def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
+    def remaining_load_error(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the part of the relative load error `missing` that the finer space has as well.
 
         The error estimate by the finer space does not include this part.
@@ -336,7 +336,7 @@ class SolidVerifier(SizedMeshVerifier):
         if _needs_full_solve(answer, seen):
             return missing
         try:
-            finer = self._above(answer).missing
+            finer = self._finer_state(answer).missed_load_fractions
         except NoErrorEstimate:
             return missing
         own = {name: load.missing for name, load in answer.result.loads.items()}
@@ -358,7 +358,7 @@ class SolidVerifier(SizedMeshVerifier):
         apart = self._distance_to_best_measure(
             answer, seen, thing, best
         )  # before a finer space takes what is left to spend
-        return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
+        return ALIKE * self._strain_error_growth(answer, seen) * apart if apart > 0.0 else 0.0
 
     def _history_measure_distance(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
@@ -370,7 +370,7 @@ class SolidVerifier(SizedMeshVerifier):
         """
         try:
             answer.budget.must_hold(PLENTY)
-            with answer.budget.reserving(answer.others):
+            with answer.budget.reserving(answer.reserved_solution_cost):
                 return ALIKE * self._distance_to_best_measure(answer, seen, thing, best)
         except NoErrorEstimate as unknown:
             if str(unknown) == NOT_ASKED:
@@ -416,7 +416,7 @@ class SolidVerifier(SizedMeshVerifier):
         if alike:
             own = self._probe_changed_model(answer, seen, "alike", thing, **alike)
         apart = right.change(own)
-        if not apart <= HOPELESS * right.beside(apart):
+        if not apart <= HOPELESS * right.comparison_scale(apart):
             raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
         return apart
 
@@ -439,19 +439,19 @@ class SolidVerifier(SizedMeshVerifier):
         """Return the results of the same probe for a changed model on the same mesh. Raises NoErrorEstimate."""
         other = replace(answer.solid, thing=thing.plain(**changes))
         if _needs_full_solve(answer, seen) or isinstance(seen, FrequencyUnderTest):  # which needs its modes
-            return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
+            return seen.of(answer.solve_other_model(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         found: Solution = answer.once(
-            key, lambda: finer_space_error.solve_on_same_mesh(*own, answer.on_nodes(0.5), answer.tangent, answer.budget)
+            key, lambda: finer_space_error.solve_on_same_mesh(*own, answer.require_deformed_mesh(0.5), answer.tangent, answer.budget)
         )
         return seen.of(found)
 
-    def _grown(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+    def _strain_error_growth(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the factor by which the strain-measure error grows if the finer space moves more than the mesh.
 
         The error grows with the square of the displacement, which a mesh that is too stiff underestimates.
         """
-        if seen.in_forces:
+        if seen.is_about_forces:
             return 1.0
         try:
             fine = seen.at(self._finer_displacement_field(answer))
@@ -469,7 +469,7 @@ class SolidVerifier(SizedMeshVerifier):
         """
         (solution, _), *_ = self.coarser(answer)
         better, own = answer.sized(FINER, **best), seen.of(solution)
-        found = seen.of(answer.solved("best coarser", better, case_for(answer.scene, better), COARSER)[0])
+        found = seen.of(answer.solve_other_model("best coarser", better, case_for(answer.scene, better), COARSER)[0])
         moved, less = float(np.linalg.norm(seen.u)), float(np.linalg.norm(own.u))
         grown = max(1.0, moved / less) ** 2 if less > 0.0 else 1.0
         return grown * found.change(own)

@@ -77,7 +77,7 @@ class Verifier:
         """
         return error_from_coarser(self.coarser(answer), seen, self.order, answer)
 
-    def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
+    def remaining_load_error(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the part of the relative load error `missing` that the discretisation error does not include."""
         return missing
 
@@ -114,23 +114,23 @@ def error_from_coarser(
     (first, ratio), *second = coarser
     near = seen.of(first)
     apart = seen.apart(near)
-    grid_convergence.must_be_close([apart], seen.beside(apart))
+    grid_convergence.must_be_close([apart], seen.comparison_scale(apart))
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         far = near.of(second[0][0])
         farther = near.apart(far)
         if isinstance(seen.metric, TensorMetric):  # three numbers do not agree by chance, and tensors need not
             apart, farther = seen.change(near), near.change(far)
-    if seen.in_forces and answer.case.contacts:
+    if seen.is_about_forces and answer.case.contacts:
         from softmark.interpreter.verification import contact_error
 
         found = contact_error.contact_error_index(seen, apart, ratio, farther)
-        grid_convergence.must_be_close([found], seen.beside(apart), grid_convergence.HOPELESS)
+        grid_convergence.must_be_close([found], seen.comparison_scale(apart), grid_convergence.HOPELESS)
         return found
-    if seen.in_forces and farther is not None and farther > apart * ratio ** (order + grid_convergence.NEAR):
+    if seen.is_about_forces and farther is not None and farther > apart * ratio ** (order + grid_convergence.NEAR):
         apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = grid_convergence.convergence_index(apart, ratio, order, farther)
-    grid_convergence.must_be_close([found], seen.beside(apart), grid_convergence.HOPELESS)
+    grid_convergence.must_be_close([found], seen.comparison_scale(apart), grid_convergence.HOPELESS)
     return found
 
 
@@ -149,7 +149,7 @@ class SizedMeshVerifier(Verifier):
         for factor in (FINER, FINER**2):
             try:
                 costs = factor**-1.5  # cells cost more than that, time and what is done once less
-                solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own, costs)
+                solution, size = answer.solve_other_model(f"size {factor:g}", answer.sized(factor), answer.own, costs)
             except NoErrorEstimate:
                 if not found:
                     raise

@@ -25,7 +25,7 @@ class Gap(Protocol):
     """
 
     @property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of convex edges of the shape, m.
 
         It is 0 for a sharp edge, and inf if the surface is flat or concave everywhere.

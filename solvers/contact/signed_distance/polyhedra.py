@@ -23,7 +23,7 @@ class HalfSpaceGap:
 
     origin: Vector3
     normal: Vector3
-    sharpest = math.inf
+    least_curvature_radius = math.inf
     centroid = None
 
     def gap(self, X: Floats) -> Floats:
@@ -42,7 +42,7 @@ class BoxGap:
 
     centroid: Vector3
     half: Vector3
-    sharpest = 0.0
+    least_curvature_radius = 0.0
 
     def _distances_beyond_faces(self, X: Floats) -> tuple[Floats, Floats]:
         """Return distances (n, 3), m, of points X beyond the faces of the box, and the signs (n, 3) of these faces.
@@ -89,7 +89,7 @@ class PrismGap:
     base: float
     height: float
     order: tuple[int, int, int]
-    sharpest = 0.0
+    least_curvature_radius = 0.0
 
     @cached_property
     def outline(self) -> PolygonDistance:

@@ -37,7 +37,7 @@ class RevolvedGap:
         return PolygonDistance(self.corners, around=True)
 
     @property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of convex edges of the body, m: 0 for corners of the half-section."""
         return 0.0 if self.outline.sharp else math.inf
 

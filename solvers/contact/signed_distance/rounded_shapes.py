@@ -24,7 +24,7 @@ class BallGap:
     inner: float = 0.0
 
     @property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of the convex surface, m: the outer radius."""
         return self.radius
 
@@ -76,9 +76,9 @@ class RoundedGap:
     centroid: Vector3 | None
 
     @property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of the surface, m."""
-        return self.core.sharpest + self.radius if math.isfinite(self.core.sharpest) else math.inf
+        return self.core.least_curvature_radius + self.radius if math.isfinite(self.core.least_curvature_radius) else math.inf
 
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m: those of the core minus the radius."""

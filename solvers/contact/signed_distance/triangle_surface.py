@@ -75,7 +75,7 @@ class TriangleSurface:
         return total
 
     @cached_property
-    def sharpest(self) -> float:
+    def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of convex edges of the surface, m.
 
         It is 0 at a sharp fold. Elsewhere it is the radius of the curve that the triangles approximate.

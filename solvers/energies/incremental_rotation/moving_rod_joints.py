@@ -23,11 +23,11 @@ class JointChart:
 
     def state(self, x: Floats) -> Floats:
         """Return the state (nodes * 7,) of the rod nodes for unknowns x (points * 6,) of the joints."""
-        return self.nodes.state(self.joints.spread(x))
+        return self.nodes.state(self.joints.node_increments(x))
 
     def rebase(self, x: Floats) -> Floats:
         """Make the rotations in state x the reference rotations, and return x with zero rotation vectors."""
-        self.nodes.rebase(self.joints.spread(x))
+        self.nodes.rebase(self.joints.node_increments(x))
         new = x.reshape(-1, 6).copy()
         new[:, 3:] = 0.0
         return new.ravel()
@@ -39,4 +39,4 @@ class MovingJointedRods(JointedRods):
 
     def _state(self, x: Floats) -> Floats:
         """Return the unknowns of the rod nodes (6 n,) for unknowns x (6 p,) of the joints."""
-        return self.joints.spread(x)
+        return self.joints.node_increments(x)

@@ -46,7 +46,7 @@ class MovingRodMoments(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the moments about the nodes' own axes, N m, from g."""
-        q = self.chart.turned(x)[1]
+        q = self.chart.positions_and_rotations(x)[1]
         for node, m in self._nodes_with_moments:
             own = _to_own_axes(q[node].tolist(), m)
             for i in range(3):
@@ -56,7 +56,7 @@ class MovingRodMoments(Energy):
         """Add the tangent of the moments, unless `projected`: that tangent must stay definite."""
         if projected:
             return
-        _, q, T = self.chart.turned(x)
+        _, q, T = self.chart.positions_and_rotations(x)
         for (node, m), places in zip(self._nodes_with_moments, slots.tolist(), strict=True):
             a, b, c = _to_own_axes(q[node].tolist(), m)
             d, e, f = T[node].tolist()
@@ -128,7 +128,7 @@ class MovingGuidedTendon(Energy):
 
         The shapes are (g, 3, 3), (c, 3), (c,) in m, (g, 3) in N and (g, 6), for g guides and c chords.
         """
-        at, q, _ = self.chart.turned(x)
+        at, q, _ = self.chart.positions_and_rotations(x)
         nodes, arms = self.through.nodes, self.through.arms
         own = q[nodes]
         key = x.tobytes() + own.tobytes()
@@ -162,7 +162,7 @@ class MovingGuidedTendon(Energy):
             self.through.add_hessian(self.chart.state(x), data, slots, scale, True)
             return
         R, t, size, pulls, _ = self._evaluate_tendon(x)
-        T = self.chart.turned(x)[2][self.through.nodes]
+        T = self.chart.positions_and_rotations(x)[2][self.through.nodes]
         rows, columns = self._chord_derivative_arrays
         arm = R @ self._arm_cross_matrices
         turned = arm @ T

@@ -41,7 +41,7 @@ class MovingRodTendons(Energy):
         self, x: Floats, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
         """Return the energy, J, and add `scale` times the forces to `g` and the tangent to `data`, if given."""
-        at, q, T = self.chart.turned(x)
+        at, q, T = self.chart.positions_and_rotations(x)
         elements, l, arms, slopes, pulls = self._kernel_arrays
         return float(
             moving_rod_kernels.assemble_tendons(at, q, T, elements, l, arms, slopes, pulls, scale, g, slots, data)

@@ -47,7 +47,7 @@ class RodChart:
         self._known = b""  # bytes of the unknowns to which `at`, `q` and `T` belong (fast to compare)
         self._state: Floats | None = None  # cached state of the same unknowns
 
-    def turned(self, x: Floats) -> Rotated:
+    def positions_and_rotations(self, x: Floats) -> Rotated:
         """Return positions, rotations and rotation derivatives of the nodes for unknowns x (nodes * 6,).
 
         Positions (n, 3), m, and unit quaternions (n, 4) are followed by the derivatives (n, 3, 3) of rotations about
@@ -60,14 +60,14 @@ class RodChart:
 
     def state(self, x: Floats) -> Floats:
         """Return the state (nodes * 7,), positions and quaternions, for unknowns x (nodes * 6,)."""
-        at, q, _ = self.turned(x)
+        at, q, _ = self.positions_and_rotations(x)
         if self._state is None:
             self._state = np.concatenate([at, q], axis=1).ravel()
         return self._state
 
     def rebase(self, x: Floats) -> Floats:
         """Make the rotations in state x the reference rotations, and return x with zero rotation vectors."""
-        q = self.turned(x)[1]
+        q = self.positions_and_rotations(x)[1]
         self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # rounding would change the unit length
         self._known = b""
         new = x.reshape(-1, 6).copy()
@@ -109,11 +109,11 @@ class MovingRod(Energy):
 
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""
-        return self._assemble_rod(self.chart.turned(x), 1.0)
+        return self._assemble_rod(self.chart.positions_and_rotations(x), 1.0)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal forces, N, and the moments about the nodes' own axes, N m."""
-        self._assemble_rod(self.chart.turned(x), scale, g.reshape(-1, 6))
+        self._assemble_rod(self.chart.positions_and_rotations(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent of the forces, or if `projected` a positive semi-definite one.
@@ -123,11 +123,11 @@ class MovingRod(Energy):
         if projected:
             self._add_semidefinite_tangent(x, data, slots, scale)
         else:
-            self._assemble_rod(self.chart.turned(x), scale, NO_FORCES, slots, data)
+            self._assemble_rod(self.chart.positions_and_rotations(x), scale, NO_FORCES, slots, data)
 
     def _add_semidefinite_tangent(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         """Add the symmetric part of the tangent by own-axis rotations, with negative eigenvalues set to zero."""
-        at, q, T = self.chart.turned(x)
+        at, q, T = self.chart.positions_and_rotations(x)
         own = np.zeros((len(self.elastic.elements), 12, 12))
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
@@ -211,7 +211,7 @@ class MovingRodLoad(Energy):
         self.energy.add_gradient(state, g)
         self.energy.add_hessian(state, local.reshape(-1), np.arange(local.size).reshape(local.shape))
         local += cross_matrix(0.5 * g[self.stencils])
-        add_blocks(scale * local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6], slots, data)
+        add_blocks(scale * local @ self.chart.positions_and_rotations(x)[2][self.stencils[:, 0] // 6], slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Return the rounding error of the load forces, N."""

@@ -44,7 +44,7 @@ def read_groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Ele
     if path.suffix.lower() == ".inp":
         from softmark.solvers.mesh.files.abaqus.deck_groups import DeckGroups
 
-        return _groups_from_deck_sets(DeckGroups(data.deck, kind, cells, element).named(), cells, element)
+        return _groups_from_deck_sets(DeckGroups(data.deck, kind, cells, element).members_by_name(), cells, element)
     found: dict[str, Group] = {}
     for name, which in group_masks(data):
         own = _members_from_masks(data, which, kind)

@@ -60,7 +60,7 @@ class ClosedSurface:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @property
-    def doubt(self) -> float:
+    def relative_volume_uncertainty(self) -> float:
         """Relative uncertainty of the volume due to closed holes, as if each cap bulged by half its radius."""
         return float(self.capped**1.5 / (4.0 * np.sqrt(np.pi)) / self.volume)
 

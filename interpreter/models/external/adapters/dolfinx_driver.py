@@ -369,7 +369,7 @@ class Newton:
             return why.CONVERGED_FNORM_RELATIVE
         return why.ITERATING if iteration < MOST else why.DIVERGED_MAX_IT
 
-    def raised(self, at: float, to: float) -> None:
+    def raise_load(self, at: float, to: float) -> None:
         """Raise the load fraction from `at` to `to` in one step, or in several if that fails. Raises Refused."""
         step = to - at
         while at < to:
@@ -391,7 +391,7 @@ class Newton:
         return self.snes.getConvergedReason() > 0 and bool(np.all(np.isfinite(self.x.array_r)))
 
     @property
-    def nodal(self) -> Any:
+    def nodal_displacements(self) -> Any:
         """Return the displacements (n, 3), m, of softmark's nodes, with exactly the imposed values at constraints."""
         x = self.x.array_r.copy()
         x[self.fixed] = self.share * self.values
@@ -405,8 +405,8 @@ def solved(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
     ready = time.perf_counter()
     states, at = [], 0.0
     for share in words["shares"]:
-        newton.raised(at, share)
-        states.append(newton.nodal)
+        newton.raise_load(at, share)
+        states.append(newton.nodal_displacements)
         at = share
     done = time.perf_counter()
     steps = f"{newton.steps} load {'step' if newton.steps == 1 else 'steps'}"

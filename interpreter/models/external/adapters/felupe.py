@@ -45,7 +45,7 @@ def solved(problem: Problem) -> Answer:
     ready = time.perf_counter()
     states, at = [], 0.0
     for share in problem.shares:
-        newton.raised(at, share)
+        newton.raise_load(at, share)
         states.append(newton.u.copy())
         at = share
     done = time.perf_counter()
@@ -99,7 +99,7 @@ class Newton:
         """Present nodal displacements (n, 3), m."""
         return self.field[0].values
 
-    def raised(self, at: float, to: float) -> None:
+    def raise_load(self, at: float, to: float) -> None:
         """Raise the load fraction from `at` to `to` in one step, or in several if that fails. Raises NoAnswer."""
         step = to - at
         while at < to:

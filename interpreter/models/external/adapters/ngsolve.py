@@ -57,7 +57,7 @@ def solved(problem: Problem) -> Answer:
     ng.ngsglobals.msg_level = 0
     body = Body(problem)
     u, v = body.space.TnT()
-    lam, mu = (body.cellwise(c) for c in package_process.moduli(problem))
+    lam, mu = (body.cell_coefficient(c) for c in package_process.moduli(problem))
 
     def eps(w: Any) -> Any:
         """Return the small strain of a displacement function."""
@@ -73,7 +73,7 @@ def solved(problem: Problem) -> Answer:
     f.data -= K.mat * x
     x.data += K.mat.Inverse(free, inverse="sparsecholesky") * f
     done = time.perf_counter()
-    states = np.array(problem.shares)[:, None, None] * body.nodal(x.FV().NumPy())
+    states = np.array(problem.shares)[:, None, None] * body.nodal_displacements(x.FV().NumPy())
     return Answer(states, None, 1, {"setup_s": ready - begin, "solve_s": done - ready})
 
 
@@ -143,7 +143,7 @@ class Body:
         rule = ng.IntegrationRule([tuple(x) for x in xi.tolist()], w.tolist())
         return ng.dx(intrules={ng.ET.TET: rule})
 
-    def cellwise(self, values: Any) -> Any:
+    def cell_coefficient(self, values: Any) -> Any:
         """Return a coefficient function with one of the `values` (m,) in each cell."""
         import ngsolve as ng
 
@@ -155,14 +155,14 @@ class Body:
         """Return a view of the unknowns of a grid function (3, v + e)."""
         return function.vec.FV().NumPy().reshape(3, -1)
 
-    def unknown(self, u: Any) -> Any:
+    def unknowns_from_displacements(self, u: Any) -> Any:
         """Return the unknowns (3, v + e) that represent nodal displacements u (n, 3), m."""
         x = np.zeros((3, self.space.ndof // 3))
         x[:, : len(self.corners)] = u[self.corners].T
         x[:, self.mesh.nv + self.edges] = (u[self.middles] - u[self.pairs].mean(axis=1)).T / self.bubble
         return x
 
-    def nodal(self, x: Any) -> Any:
+    def nodal_displacements(self, x: Any) -> Any:
         """Return the nodal displacements (n, 3), m, that unknowns x (3, v + e) represent."""
         x = x.reshape(3, -1)
         u = np.zeros_like(self.problem.points)
@@ -192,7 +192,7 @@ class Body:
         fixed = np.zeros((3, self.space.ndof // 3), dtype=bool)
         fixed[:, : len(self.corners)] = is_held[self.corners].T
         fixed[:, self.mesh.nv + self.edges] = is_held[self.middles].T
-        self._unknowns_view(state)[:] = np.where(fixed, self.unknown(u), 0.0)
+        self._unknowns_view(state)[:] = np.where(fixed, self.unknowns_from_displacements(u), 0.0)
         free = ng.BitArray(self.space.ndof)
         free.Clear()
         for dof in np.flatnonzero(~fixed.ravel()).tolist():

@@ -39,7 +39,7 @@ def named_of(prepared: PreparedSolid, case: Case) -> Named:
     facets = {name: _enclosed_facets(mesh, nodes) for name, nodes in supports.items()}
     for load in case.loads:
         if (where := getattr(load.thing.action, "where", None)) is not None:
-            facets[load.name] = np.unique(surface_of(case, load, where, mesh).touched, axis=0)
+            facets[load.name] = np.unique(surface_of(case, load, where, mesh).selected_facets, axis=0)
     return Named(parts, supports, {load.name: f for load, f in prepared.forces()}, facets)
 
 

@@ -95,7 +95,7 @@ class ExternalRod(ExternalModel):
             *self._unsupported_body_features(case),
             *self._unsupported_loads(case),
             *self._unsupported_supports(case),
-            *self.of_steps(case),
+            *self.invalid_step_options(case),
         ]
 
     def _unsupported_body_features(self, case: Case) -> Iterator[Reason]:

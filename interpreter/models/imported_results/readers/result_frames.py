@@ -39,7 +39,7 @@ class Moment:
         return {name: values for name, values in self.arrays.items() if values.shape[1:] == (3,)}
 
     @property
-    def others(self) -> tuple[str, ...]:
+    def unused_array_texts(self) -> tuple[str, ...]:
         """Descriptions of arrays that are not 3-vectors."""
         rest = {name: v[0].size for name, v in self.arrays.items() if v.shape[1:] != (3,)}
         return tuple(
@@ -126,7 +126,7 @@ def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None
         if every:
             _check_same_mesh(name, every[0], each, len(every))
             each = replace(each, blocks=())  # one is kept
-        every.append(replace(each, arrays=each.vectors, left=(*each.left, *each.others)))
+        every.append(replace(each, arrays=each.vectors, left=(*each.left, *each.unused_array_texts)))
     if not every:
         raise Unreadable(name, "it has no results", "write displacements at one or more times")
     kind, cells, rest = _most_frequent_element(every[0].blocks)

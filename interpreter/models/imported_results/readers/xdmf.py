@@ -59,7 +59,7 @@ class Source:
     stack: ExitStack
     known: dict[Any, Any] = field(default_factory=dict)  # opened files and numbers, by key
 
-    def refused(self, reason: str, remedy: str = AGAIN) -> Unreadable:
+    def unreadable_error(self, reason: str, remedy: str = AGAIN) -> Unreadable:
         """Return the exception Unreadable with a reason and a remedy."""
         return Unreadable(self.name, reason, remedy)
 
@@ -67,32 +67,32 @@ class Source:
         """Return the numbers of the single data item of an element, in the declared shape. Raises Unreadable."""
         items = of.findall("DataItem")
         if len(items) != 1 or list(items[0]):
-            raise self.refused(
+            raise self.unreadable_error(
                 f"`{of.tag}` contains {len(items)} items or parts of items, not one item of numbers", PLAIN
             )
         item, form = items[0], items[0].get("Format", "XML")
         told = item.get("Dimensions", "")
         if not re.fullmatch(r"\s*\d{1,12}(\s+\d{1,12}){0,3}\s*", told):
-            raise self.refused(f"the dimensions of an item are `{told[:40]}`")
+            raise self.unreadable_error(f"the dimensions of an item are `{told[:40]}`")
         if form == "XML":
             found = self._numbers_from_text(item)
         elif form == "HDF":
             found = self._numbers_from_hdf5((item.text or "").strip())
         else:
-            raise self.refused(f"its numbers have the format `{form[:40]}`, which is not supported", PLAIN)
+            raise self.unreadable_error(f"its numbers have the format `{form[:40]}`, which is not supported", PLAIN)
         shape = tuple(map(int, told.split()))
         if found.size != math.prod(shape):
-            raise self.refused(f"an item of `{of.tag}` has {found.size} numbers, but {math.prod(shape)} are announced")
+            raise self.unreadable_error(f"an item of `{of.tag}` has {found.size} numbers, but {math.prod(shape)} are announced")
         return found.reshape(shape)
 
     def _numbers_from_text(self, item: ElementT) -> Array:
         kind, size = item.get("NumberType") or item.get("DataType") or "Float", item.get("Precision", "4")
         if kind not in CODES or size not in ("1", "2", "4", "8"):
-            raise self.refused(f"its numbers have the type `{kind[:40]}` with {size[:40]} bytes")
+            raise self.unreadable_error(f"its numbers have the type `{kind[:40]}` with {size[:40]} bytes")
         try:
             return numbers(item.text or "", CODES[kind] + "8")
         except (ValueError, OverflowError) as error:
-            raise self.refused(f"an item is not a text of numbers ({str(error)[:80]})") from None
+            raise self.unreadable_error(f"an item is not a text of numbers ({str(error)[:80]})") from None
 
     def _numbers_from_hdf5(self, told: str) -> Array:
         """Return numbers from an HDF5 file, which must be in the folder of the XDMF file. Raises Unreadable."""
@@ -104,12 +104,12 @@ class Source:
         found = self.known[word]
         for key in filter(None, inner.strip().split("/")):
             if not isinstance(found, h5py.Group) or key not in found:
-                raise self.refused(f"`{told[:80]}` is not in that file")
+                raise self.unreadable_error(f"`{told[:80]}` is not in that file")
             if not isinstance(found.get(key, getlink=True), h5py.HardLink):
-                raise self.refused(f"`{told[:80]}` is a link to another place", "write the numbers themselves")
+                raise self.unreadable_error(f"`{told[:80]}` is a link to another place", "write the numbers themselves")
             found = found[key]
         if not isinstance(found, h5py.Dataset) or found.is_virtual or found.external or found.dtype.kind not in "fiu":
-            raise self.refused(f"`{told[:80]}` contains no numbers of its own", "write the numbers themselves")
+            raise self.unreadable_error(f"`{told[:80]}` contains no numbers of its own", "write the numbers themselves")
         return np.asarray(found[()])
 
 
@@ -134,7 +134,7 @@ def _states_of_grids(source: Source, top: ElementT) -> list[Moment]:
     series = [grid for grid in grids if grid.get("GridType") == "Collection"]
     if wrong := next((g for g in series if g.get("CollectionType", "Spatial") != "Temporal"), None):
         reason = f"its collection `{wrong.get('Name', '')}` contains parts, not times"
-        raise source.refused(reason, "merge the parts, and write one grid for each time")
+        raise source.unreadable_error(reason, "merge the parts, and write one grid for each time")
     whole = [grid for grid in top.iter("Grid") if _has_own_mesh(grid)]
     steps: dict[object, tuple[ElementT, float | None, list[ElementT]]] = {}
     for several in [s.findall("Grid") for s in series] or [grids]:
@@ -143,11 +143,11 @@ def _states_of_grids(source: Source, top: ElementT) -> list[Moment]:
             time = _time_of_grid(source, grid)
             base = grid if _has_own_mesh(grid) else mesh
             if base is None or any(part.get("href") for tag in INCLUDES for part in grid.findall(tag)):
-                raise source.refused("it has no grid with its points and cells", "write them into the file itself")
+                raise source.unreadable_error("it has no grid with its points and cells", "write them into the file itself")
             kept = steps.setdefault(i if time is None else ("at", time), (base, time, []))
             kept[2].extend(grid.findall("Attribute"))
     if not series and len(steps) > 1:
-        raise source.refused(f"it has {len(steps)} separate grids", "write one grid, or a collection of times")
+        raise source.unreadable_error(f"it has {len(steps)} separate grids", "write one grid, or a collection of times")
     return [_state_of_grid(source, *step) for step in steps.values()]
 
 
@@ -162,7 +162,7 @@ def _time_of_grid(source: Source, grid: ElementT) -> float | None:
     try:
         return float(told.get("Value", ""))
     except ValueError:
-        raise source.refused("one of its times is not given as a Value", "write times as Value") from None
+        raise source.unreadable_error("one of its times is not given as a Value", "write times as Value") from None
 
 
 def _state_of_grid(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
@@ -177,7 +177,7 @@ def _state_of_grid(source: Source, base: ElementT, time: float | None, attribute
         if each.get("Center", "Node") != "Node":
             left.append(f"`{word}` of {each.get('Center', '').lower()}s")
         elif word in arrays:
-            raise source.refused(f"it has `{word}` twice" + ("" if time is None else f" at time {time:g}"))
+            raise source.unreadable_error(f"it has `{word}` twice" + ("" if time is None else f" at time {time:g}"))
         else:
             values = source.numbers(each)
             arrays[word] = _extend_to_3d(values) if plane else values
@@ -189,7 +189,7 @@ def _plane_flag_and_mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
     geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
     kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
     if kind not in ("XYZ", "XY"):
-        raise source.refused(f"its geometry is `{kind[:40]}`, not XYZ or XY", "write points")
+        raise source.unreadable_error(f"its geometry is `{kind[:40]}`, not XYZ or XY", "write points")
     X = source.numbers(geometry).astype(np.float64)
     X = X.reshape(-1, len(kind)) if X.ndim == 1 else X
     return kind == "XY", checked_state(
@@ -207,7 +207,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
     from meshio.xdmf.common import translate_mixed_cells, xdmf_to_meshio_type
 
     if topology.get("BaseOffset", "0") != "0" or topology.get("Order"):
-        raise source.refused("its cells number points from another number than 0, or in another order", AGAIN)
+        raise source.unreadable_error("its cells number points from another number than 0, or in another order", AGAIN)
     kind = topology.get("TopologyType") or topology.get("Type") or ""
     data = source.numbers(topology)
     if data.dtype.kind not in "iu":
@@ -224,5 +224,5 @@ def _to_integers(source: Source, data: Array) -> Array:
     """Return integers from numbers that may be stored as floats, the default type of XDMF. Raises Unreadable."""
     found = np.asarray(data, dtype=np.float64)
     if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):
-        raise source.refused("the point numbers of its cells are not integers")
+        raise source.unreadable_error("the point numbers of its cells are not integers")
     return found.astype(np.int64)

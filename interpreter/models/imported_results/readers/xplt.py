@@ -82,7 +82,7 @@ class Chunk:
             found = [part for each in found for what, part in each.parts() if what == step]
         return found
 
-    def one(self, *path: int) -> Chunk:
+    def single_chunk_at(self, *path: int) -> Chunk:
         """Return the single chunk at the end of a path of chunk types. Raises Unreadable."""
         found = self.all(*path)
         if len(found) != 1:
@@ -97,7 +97,7 @@ class Chunk:
 
     def number(self, *path: int) -> int:
         """Return the single integer at the end of a path of chunk types. Raises Unreadable."""
-        found = self.one(*path).numbers("i")
+        found = self.single_chunk_at(*path).numbers("i")
         if found.size != 1:
             raise Unreadable(self.name, f"chunk {path[-1]:#010x} contains {found.size} numbers, not one", AGAIN)
         return int(found[0])
@@ -137,9 +137,9 @@ def _root_mesh_and_rest(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
 
 def _nodes(mesh: Chunk) -> tuple[Ints | None, Floats]:
     """Return node numbers (n,), which files have from version 3.3 on, and positions (n, 3). Raises Unreadable."""
-    section = mesh.one(NODES)
+    section = mesh.single_chunk_at(NODES)
     n, dim = section.number(NODE_HEADER, NODE_SIZE), section.number(NODE_HEADER, NODE_DIM)
-    coordinates = section.one(COORDS)
+    coordinates = section.single_chunk_at(COORDS)
     X = coordinates.numbers("f")
     if dim != 3 or n < 1 or X.size not in (3 * n, 4 * n):
         reason = f"it announces {n} nodes with {dim} coordinates, but has {X.size} numbers"
@@ -156,7 +156,7 @@ def _cells(domain: Chunk) -> Block:
     if kind not in TYPES:
         raise Unreadable(domain.name, f"its cells have an unknown type {kind}", VTK)
     word, nodes = TYPES[kind]
-    table, wide = domain.one(CELL_LIST).numbers("i"), nodes + 3  # what it is, its size, its number, its nodes
+    table, wide = domain.single_chunk_at(CELL_LIST).numbers("i"), nodes + 3  # what it is, its size, its number, its nodes
     if m < 0 or table.size != m * wide:
         raise Unreadable(domain.name, f"it announces {m} cells of {nodes} nodes, but has {table.size} numbers", AGAIN)
     table = table.reshape(m, wide)
@@ -167,7 +167,7 @@ def _cells(domain: Chunk) -> Block:
 
 def _variable_name_and_type(item: Chunk) -> tuple[str, int]:
     """Return the name and the type of a variable. Raises Unreadable."""
-    word = bytes(item.one(ITEM_NAME).data).partition(b"\0")[0].decode("utf-8", "replace")
+    word = bytes(item.single_chunk_at(ITEM_NAME).data).partition(b"\0")[0].decode("utf-8", "replace")
     return word.partition("=")[2] or word, item.number(ITEM_TYPE)
 
 
@@ -180,7 +180,7 @@ def _converged_states(whole: Chunk, rest: memoryview, packed: bool, names: list[
             raise Unreadable(whole.name, "its mesh changes between states", "write the states of one mesh")
         if what != STATE:
             raise Unreadable(whole.name, f"unexpected chunk {what:#010x} between its states", AGAIN)
-        times = state.one(STATE_HEADER, TIME).numbers("f")
+        times = state.single_chunk_at(STATE_HEADER, TIME).numbers("f")
         if times.size != 1:
             raise Unreadable(whole.name, f"a state has {times.size} times", AGAIN)
         if any(status.numbers("i").any() for status in state.all(STATE_HEADER, STATUS)):
@@ -224,7 +224,7 @@ def _nodal_variables(state: Chunk, names: list[tuple[str, int]], n: int) -> Iter
         if not 1 <= at <= len(names):
             raise Unreadable(state.name, f"a state refers to variable {at}, but there are {len(names)}", AGAIN)
         word, kind = names[at - 1]
-        parts = [part.numbers("f") for _, part in variable.one(VARIABLE_DATA).parts()]
+        parts = [part.numbers("f") for _, part in variable.single_chunk_at(VARIABLE_DATA).parts()]
         values = np.concatenate(parts) if parts else np.empty(0, "f4")
         if values.size % n or (kind == VECTOR and values.size != 3 * n):
             raise Unreadable(state.name, f"`{word}` has {values.size} numbers for {n} nodes", AGAIN)

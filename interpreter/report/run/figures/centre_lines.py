@@ -42,7 +42,7 @@ EMPTY = "No probe has a result."
 
 def section_of(findings: ReportSummary) -> str:
     """Return the HTML section with a figure for each line probe, and tables of point probes."""
-    figures = [Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
+    figures = [Lines(findings, number, probe).render_figure() for number, probe in enumerate(lines_of(findings))]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
         seen = any(len(p.points) for who in findings.probes.values() for p in who.values())
@@ -73,7 +73,7 @@ class Lines:
     @cached_property
     def all_points(self) -> Floats:
         """Points of all lines that the figure shows, shape (m, 3), m."""
-        return np.concatenate([X for n, X in self.lines.items() if n not in self.far])
+        return np.concatenate([X for n, X in self.lines.items() if n not in self.omitted_models])
 
     @cached_property
     def plane(self) -> tuple[int, int]:
@@ -89,7 +89,7 @@ class Lines:
         return min(first, second), max(first, second)
 
     @cached_property
-    def far(self) -> list[str]:
+    def omitted_models(self) -> list[str]:
         """Models left out of the figure, because their displacements would make other lines too small."""
         models, start = self.findings.report.models, self.undeformed[0]
         reach = {n: float(np.abs(X - start).max()) for n, X in self.lines.items()}
@@ -106,7 +106,7 @@ class Lines:
         """Largest extent of all lines, m."""
         return float(np.ptp(self.all_points, axis=0).max()) or 1.0
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the figure: chart, legend, caption, table and CSV."""
         open_ = initially_shown(self.findings)
         return figure_block(
@@ -152,7 +152,7 @@ class Lines:
         plane = f"Probe `{self.probe}` in the {'–'.join(self.axes)} plane, to the same scale along both axes."
         models = [n for n in self.lines if n in self.findings.report.models]
         shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
-        gone = f" Outside the drawing: {join_names([f'`{n}`' for n in self.far])}." if self.far else ""
+        gone = f" Outside the drawing: {join_names([f'`{n}`' for n in self.omitted_models])}." if self.omitted_models else ""
         return f"{plane} {self._closest_models_sentence()}{gone}{self._out_of_plane_sentence()}{shown}"
 
     def _out_of_plane_sentence(self) -> str:

@@ -37,7 +37,7 @@ PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 
 def section_of(findings: ReportSummary) -> str:
     """Return the HTML of the section."""
-    if not findings.everyone:
+    if not findings.all_results:
         return section("table", "Comparison", tag("p", "No model or reference was run.", class_="quiet"))
     notes, columns = Notes(), sort_metrics(findings.metrics)
     own = bodies(findings)
@@ -76,7 +76,7 @@ def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
 
 def messages(findings: ReportSummary) -> str:
     """Return the full messages of all models and references that have no solution."""
-    everyone = findings.everyone.items()
+    everyone = findings.all_results.items()
     return "".join(_message(n, r) for n, r in everyone if r.status != "converged" or r.message)
 
 
@@ -118,11 +118,11 @@ def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
     uncertain = [m for m in columns if findings.uncertainty(m)]
     header += [f"{m.name} within the uncertainty" for m in uncertain]
-    said = [m for m in columns if any(stated_of(r, m) is not None for r in findings.everyone.values())]
+    said = [m for m in columns if any(stated_of(r, m) is not None for r in findings.all_results.values())]
     header += [f"{m.name} stated error [{m.unit}]" for m in said]
     header += [*SIZES, "iterations", "residual"]
     header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in PARTS]
-    rows = [_csv_row(n, r, columns, uncertain, said, clocks) for n, r in findings.everyone.items()]
+    rows = [_csv_row(n, r, columns, uncertain, said, clocks) for n, r in findings.all_results.items()]
     return csv_link("comparison", header, rows, "Save this table as CSV")
 
 

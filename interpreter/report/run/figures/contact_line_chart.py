@@ -35,12 +35,12 @@ def section_of(findings: ReportSummary) -> str:
             same = (metric.probe, *((n, tuple(c.y.tolist())) for n, c in models.items()))
             before = charts.get(same) or LineCurves(findings, len(charts), metric, {})
             charts[same] = replace(before, curves={**_reference_curves(metric, along), **before.curves, **along})
-    return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
+    return section("along", "Along lines", *(own.render_figure() for own in charts.values())) if charts else ""
 
 
 def curves_of(findings: ReportSummary, metric: MetricColumn, unit: str) -> dict[str, PlottedCurve]:
     """Return the curves of a metric whose abscissa has the given unit, by the name of the model or reference."""
-    every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
+    every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.all_results.items())
     return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
 
 
@@ -67,12 +67,12 @@ class LineCurves:
         return named.word.removesuffix("_along").replace("_", " ") if named else self.metric.name
 
     @property
-    def key(self) -> str:
+    def chart_id(self) -> str:
         """Identifier of the chart on the page."""
         return f"along-{self.number}"
 
     @property
-    def named(self) -> str:
+    def csv_name(self) -> str:
         """Name of the CSV file with the points of the curves."""
         return f"{self.metric.name}-along"
 
@@ -81,7 +81,7 @@ class LineCurves:
         """Heading of the chart."""
         return f"{self.title} along {self.metric.probe}"
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
         known = curve_styles(self.findings.report)
@@ -89,9 +89,9 @@ class LineCurves:
             Drawn(n, known[n], tuple(zip(c.x.tolist(), c.y.tolist(), strict=True)), 1 + i, 1, 1, n in open_)
             for i, (n, c) in enumerate(self.curves.items())
         )
-        chart = Chart(self.key, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
+        chart = Chart(self.chart_id, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
                       left=78.0, right=110.0)  # fmt: skip
-        found, file = columns(self.curves, self.units), csv_of_curves(self.named, self.curves, self.units)
+        found, file = columns(self.curves, self.units), csv_of_curves(self.csv_name, self.curves, self.units)
         return figure_block(chart, prose(self.caption()), found, file, open_=open_)
 
     def axes(self) -> tuple[Axis, Axis]:
@@ -121,5 +121,5 @@ class LineCurves:
 
     def caption(self) -> str:
         """Caption of the chart, with the location of the line."""
-        last = self.findings.of_last
+        last = self.findings.last_state_phrase
         return f"`{self.metric.name}` along `{self.metric.probe}`, over undeformed positions{last}."

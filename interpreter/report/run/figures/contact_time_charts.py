@@ -17,7 +17,7 @@ def section_of(findings: ReportSummary) -> str:
         timed = curves_of(findings, metric, "s") if metric.against is None and metric.model is None else {}
         same = tuple((n, c.units, tuple(c.y.tolist())) for n, c in timed.items())
         if timed and same not in charts:
-            charts[same] = _TimeCurves(findings, len(charts), metric, timed).plate()
+            charts[same] = _TimeCurves(findings, len(charts), metric, timed).render_figure()
     return section("contacts-in-time", "Contacts over time", *charts.values()) if charts else ""
 
 
@@ -26,12 +26,12 @@ class _TimeCurves(LineCurves):
     """Curves of a metric over time for all models."""
 
     @property
-    def key(self) -> str:
+    def chart_id(self) -> str:
         """Identifier of the chart on the page."""
         return f"contact-{self.number}"
 
     @property
-    def named(self) -> str:
+    def csv_name(self) -> str:
         """Name of the CSV file with the points of the curves."""
         return f"{self.metric.name}-over-time"
 

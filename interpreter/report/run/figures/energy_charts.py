@@ -35,7 +35,7 @@ def energy_plates(findings: ReportSummary) -> str:
     names = list(dict.fromkeys(name for e in found for name in e.values))
     phases = {name: phase_look(i) for i, name in enumerate(names)}
     key = tag("ul", *(tag("li", sample(look), tag("span", text(n))) for n, look in phases.items()), class_="key")
-    charts = tag("div", *(e.plate(i, phases) for i, e in enumerate(found)), class_="small-plates")
+    charts = tag("div", *(e.render_figure(i, phases) for i, e in enumerate(found)), class_="small-plates")
     return tag("h3", "Energies") + key + charts
 
 
@@ -58,7 +58,7 @@ class _Energies:
     values: dict[str, Floats]
 
     @cached_property
-    def chosen(self) -> NDArray[np.int64]:
+    def drawn_time_indices(self) -> NDArray[np.int64]:
         """Indices of the times that are drawn."""
         return pick_evenly(len(self.times), DRAWN)
 
@@ -73,7 +73,7 @@ class _Energies:
         share = f", {typeset_number(f'{100 * drift / largest:.2g} %')} of the largest exchange" if largest > 0 else ""
         return f"the total changes by up to {format_quantity(drift, 'J', 2)}{share}"
 
-    def plate(self, index: int, phases: dict[str, CurveStyle]) -> str:
+    def render_figure(self, index: int, phases: dict[str, CurveStyle]) -> str:
         """Return the HTML of the chart of this model."""
         every = np.concatenate(list(self.values.values()))
         low, high = float(every.min()), float(every.max())
@@ -90,14 +90,14 @@ class _Energies:
         )
 
     def _curve(self, index: int, name: str, phase: CurveStyle) -> Curve:
-        points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.chosen)
+        points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.drawn_time_indices)
         return Curve(name, replace(phase, role="model", colour=self.look.colour), points, 1 + index, 1)
 
     def _columns(self) -> list[PlateColumn]:
         scale = choose_scale([float(np.abs(v).max()) for v in self.values.values()], "J")
-        found = [PlateColumn("t / s", ("t / s",), [(typeset_number(f"{self.times[i]:.5g}"),) for i in self.chosen])]
+        found = [PlateColumn("t / s", ("t / s",), [(typeset_number(f"{self.times[i]:.5g}"),) for i in self.drawn_time_indices])]
         for name, v in self.values.items():
-            cells = [(typeset_number(f"{v[i] / scale.factor:.5g}"),) for i in self.chosen]
+            cells = [(typeset_number(f"{v[i] / scale.factor:.5g}"),) for i in self.drawn_time_indices]
             found.append(PlateColumn(name, (scale.heading("E"),), cells))
         return found
 

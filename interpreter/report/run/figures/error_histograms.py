@@ -74,7 +74,7 @@ class _Distribution:
         return self.metric.unit if self.metric.unit not in ("1", "") else "m"
 
     @cached_property
-    def top(self) -> float:
+    def error_axis_end(self) -> float:
         """Upper end of the error axis; larger errors are counted in the last bin."""
         usual = [float(np.percentile(s, 99.0)) for s in self.samples.values()]
         most = max(float(s.max()) for s in self.samples.values())
@@ -83,15 +83,15 @@ class _Distribution:
     @cached_property
     def counts(self) -> dict[str, Floats]:
         """Fraction of samples in each bin, by model."""
-        edges = np.linspace(0.0, self.top, BINS + 1)
-        return {n: np.histogram(np.minimum(s, self.top), edges)[0] / len(s) for n, s in self.samples.items()}
+        edges = np.linspace(0.0, self.error_axis_end, BINS + 1)
+        return {n: np.histogram(np.minimum(s, self.error_axis_end), edges)[0] / len(s) for n, s in self.samples.items()}
 
     @cached_property
     def axes(self) -> tuple[Axis, Axis]:
         """Axes of the error and of the fraction of points."""
         most = max(float(c.max()) for c in self.counts.values())
         high = min(most, 3.0 * float(np.median([c.max() for c in self.counts.values()])))
-        x = linear(0.0, self.top, f"distance from {self.metric.against}", self.unit, 5)
+        x = linear(0.0, self.error_axis_end, f"distance from {self.metric.against}", self.unit, 5)
         y = linear(0.0, 105.0 * high, "% of the points", "1", 4)
         return x, y
 
@@ -119,14 +119,14 @@ class _Distribution:
         )
 
     def _curve(self, name: str, look: CurveStyle) -> Curve:
-        width = self.top / BINS
+        width = self.error_axis_end / BINS
         points = tuple((width * (i + 0.5), 100.0 * float(c)) for i, c in enumerate(self.counts[name]))
         return Curve(name, CurveStyle("bins", look.colour), points, 1, 1)
 
     def _statistics_phrase(self, name: str) -> str:
         s = self.samples[name]
         median, high, most = (format_quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
-        beyond = float((s > self.top).mean())
+        beyond = float((s > self.error_axis_end).mean())
         cut = (
             f"; {typeset_number(f'{100 * beyond:.0f} %')} are beyond the axis and counted in the last bar"
             if beyond > 0
@@ -150,19 +150,19 @@ class _Distribution:
             ("median", float(np.median(s))),
             ("high", float(np.percentile(s, 95))),
         ]
-        lines = [_statistic_line(kind, x.at(value)) for kind, value in strokes if value <= self.top]
+        lines = [_statistic_line(kind, x.at(value)) for kind, value in strokes if value <= self.error_axis_end]
         return tag("g", self._uncertainty_band(x), bars, *lines, class_=f"histogram c{look.colour}")
 
     def _uncertainty_band(self, x: Axis) -> str:
         known = self.findings.uncertainty(self.metric)
         if not known:
             return ""
-        width = WIDTH * min(1.0, x.at(min(known, self.top)))
+        width = WIDTH * min(1.0, x.at(min(known, self.error_axis_end)))
         return tag("rect", x=LEFT, y=TOP, width=f"{width:.1f}", height=HEIGHT, class_="uncertain")
 
     def _columns(self, name: str) -> list[PlateColumn]:
         x, _ = self.axes
-        factor = self.top / BINS
+        factor = self.error_axis_end / BINS
         heading = x.label.replace(f"distance from {self.metric.against}", "error")
         middles = [
             (typeset_number(f"{_convert_to_heading_unit(factor * (i + 0.5), heading, self.unit):.4g}"),)
@@ -172,7 +172,7 @@ class _Distribution:
         return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
 
     def _bins_csv_link(self, name: str) -> str:
-        width = self.top / BINS
+        width = self.error_axis_end / BINS
         rows: list[list[Cell]] = [
             [format_short(width * i), format_short(width * (i + 1)), format_short(float(c))]
             for i, c in enumerate(self.counts[name])

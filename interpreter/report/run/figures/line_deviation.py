@@ -41,7 +41,7 @@ def pairs(findings: ReportSummary) -> list[tuple[str, str]]:
 
 def section_of(findings: ReportSummary) -> str:
     """Return one figure for each pair of line probe and reference; empty if there is none."""
-    figures = [_Pair(findings, n, *pair).plate() for n, pair in enumerate(pairs(findings))]
+    figures = [_Pair(findings, n, *pair).render_figure() for n, pair in enumerate(pairs(findings))]
     figures = [figure for figure in figures if figure]
     if not figures:
         return ""
@@ -71,21 +71,21 @@ class _Pair:
         return {n: np.sqrt(((d - u) ** 2).sum(axis=1)) for n, d in same.items()}
 
     @cached_property
-    def largest(self) -> float:
+    def largest_distance(self) -> float:
         return max((float(d.max()) for d in self.distances.values()), default=0.0)
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the figure; a sentence if every distance is zero, or an empty text without models."""
         if not self.distances:
             return ""
-        if self.largest == 0.0:
+        if self.largest_distance == 0.0:
             return tag("p", prose(f"At `{self.probe}` every model agrees with `{self.reference}` exactly."))
         open_ = initially_shown(self.findings)
         return figure_block(self._chart(open_), self._caption(open_), self._columns(), self._csv_link(), open_=open_)
 
     @cached_property
     def _axis_lower_end(self) -> float:
-        least = DEPTH * self.largest
+        least = DEPTH * self.largest_distance
         return min(float(d[d >= least].min(initial=np.inf)) for d in self.distances.values())
 
     def _chart(self, open_: Sequence[str]) -> Chart:
@@ -93,7 +93,7 @@ class _Pair:
         return Chart(
             f"error-{self.number}", f"Distance from {self.reference} along {self.probe}", self._description(),
             linear(0.0, float(s[-1]) or 1.0, "arc position s", "m", 7),
-            logarithmic(self._axis_lower_end, self.largest, f"distance from {self.reference}", "m"),
+            logarithmic(self._axis_lower_end, self.largest_distance, f"distance from {self.reference}", "m"),
             600.0, 320.0, tuple(self._curves(s, open_)), left=84.0, right=self._margin,
         )  # fmt: skip
 
@@ -132,7 +132,7 @@ class _Pair:
 
     def _columns(self) -> list[PlateColumn]:
         s = arc(self.known.points)
-        along, across = choose_scale((float(s[-1]),), "m"), choose_scale((self.largest,), "m")
+        along, across = choose_scale((float(s[-1]),), "m"), choose_scale((self.largest_distance,), "m")
         decimals, heading = choose_decimals((float(s[-1]),), along, 6), across.heading("distance")
         found = [
             PlateColumn(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])

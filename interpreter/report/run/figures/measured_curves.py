@@ -37,14 +37,14 @@ def section_of(findings: ReportSummary) -> str:
         reference = findings.report.references.get((named.against if named else None) or "")
         if reference is None or reference.drawn is None:
             continue
-        seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
+        seen = {n: m.curve for n, r in findings.all_results.items() if (m := r.metrics.get(metric.name)) and m.curve}
         same = (
             reference.name,
             *((n, tuple(c.y.tolist())) for n, c in seen.items()),
         )  # metrics with equal curves differ only in their statistic
         plates.setdefault(same, "")
         if seen and not plates[same]:
-            plates[same] = _MeasuredCurve(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()
+            plates[same] = _MeasuredCurve(findings, len(plates), metric, reference.name, reference.drawn, seen).render_figure()
     found = [made for made in plates.values() if made]
     kinds = {r.kind for r in findings.report.references.values() if r.drawn is not None}
     return section("curves", "Measured curves" if kinds == {"measurement"} else "Curves", *found) if found else ""
@@ -62,7 +62,7 @@ class _MeasuredCurve:
     seen: Mapping[str, PlottedCurve]
 
     @cached_property
-    def judged(self) -> tuple[float, float]:
+    def abscissa_range(self) -> tuple[float, float]:
         """Range of x that the models cover; the chart shows only this range."""
         ends = [(float(c.x.min()), float(c.x.max())) for c in self.seen.values()]
         low, high = min(a for a, _ in ends), max(b for _, b in ends)
@@ -72,12 +72,12 @@ class _MeasuredCurve:
     @cached_property
     def bands(self) -> dict[str, tuple[tuple[float, float], ...]]:
         """Measured curve with its upper and lower bounds as points (x, y), within the range of the models, by name."""
-        d, (low, high) = self.drawn, self.judged
+        d, (low, high) = self.drawn, self.abscissa_range
         near = [i for i, x in enumerate(d.x.tolist()) if low <= x <= high]
         near = sorted({*near, *(min(max(i, 0), len(d.x) - 1) for i in (near[0] - 1, near[-1] + 1))}) if near else []
         u: Floats = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
         each = {"": d.y, " + uncertainty": d.y + u, " − uncertainty": d.y - u}
-        if self.agreed:
+        if self.is_consensus:
             least, largest = d.band or (d.y - u, d.y + u)
             each = {"": d.y, ", largest": largest, ", least": least}
         return {
@@ -85,11 +85,11 @@ class _MeasuredCurve:
         }
 
     @property
-    def agreed(self) -> bool:
+    def is_consensus(self) -> bool:
         """True if the curve is a consensus of several codes and not a measurement."""
         return self.findings.report.references[self.reference].kind == "consensus"
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.seen), *self.findings.report.references]
         chart = Chart(
@@ -105,7 +105,7 @@ class _MeasuredCurve:
         every += [float(v) for c in self.seen.values() for v in c.y]
         low, high = min(every), max(every)
         margin = 0.06 * (high - low) or 0.06 * abs(high) or 1e-9
-        start, end = self.judged
+        start, end = self.abscissa_range
         along = linear(start, max(end, start + 1e-12), "time" if across == "s" else "x", across, 8)
         return along, linear(low - margin, high + margin, "y", up, 6)
 
@@ -130,12 +130,12 @@ class _MeasuredCurve:
     def _caption(self) -> str:
         """Return the caption: the curves, the source of the measurement, and the range of x that is judged."""
         reference = self.findings.report.references[self.reference]
-        beside = "with the band of the codes" if self.agreed else "with its uncertainty as a band"
+        beside = "with the band of the codes" if self.is_consensus else "with its uncertainty as a band"
         said = [
             f"`{self.metric.name}`: curves of models and of `{self.reference}`"
             f" ({kind_of_reference(reference)}), {beside}."
         ]
-        said += [self._inside_band_sentence()] if self.agreed else []
+        said += [self._inside_band_sentence()] if self.is_consensus else []
         facts = reference.facts
         if facts.get("repeats", 1) > 1:
             said.append(
@@ -145,7 +145,7 @@ class _MeasuredCurve:
         if facts.get("lost") is not None:
             said.append(f"{100.0 * float(facts['lost']):.3g} % of the work of loading was dissipated.")
         said += [f"{note}." for note in facts.get("notes") or ()]
-        models = (r.metrics.get(self.metric.name) for r in self.findings.everyone.values())
+        models = (r.metrics.get(self.metric.name) for r in self.findings.all_results.values())
         shares = [float(m.details["covered_share"]) for m in models if m is not None and "covered_share" in m.details]
         if shares and min(shares) < WHOLE:
             least, most = (f"{100.0 * share:.3g}" for share in (min(shares), max(shares)))
@@ -154,7 +154,7 @@ class _MeasuredCurve:
 
     def _inside_band_sentence(self) -> str:
         """Return a sentence on the curves that lie inside the uncertainty band, with the fraction inside."""
-        found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
+        found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.all_results.items())
         shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]
         return f"Inside the band: {join_names(each)} of the compared range." if each else ""

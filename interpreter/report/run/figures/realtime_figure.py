@@ -68,7 +68,7 @@ class _Clock:
         table = tag("table", caption, tag("thead", self._head(several)), tag("tbody", *body), class_="verdicts")
         label = f"Real time, {', '.join(m.name for m in self.judged)}"
         box = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
-        return box + self._save() + (strips.figure() if sampled else "")
+        return box + self._csv_links() + (strips.figure() if sampled else "")
 
     @property
     def _required_frame_rates(self) -> list[float]:
@@ -106,7 +106,7 @@ class _Clock:
         head = tag("th", tag("code", text(name)), scope="row")
         return tag("tr", head, *verdicts, *(tag("td", c, class_="n") for c in times))
 
-    def _save(self) -> str:
+    def _csv_links(self) -> str:
         links = []
         for metric, judged in self.judged.items():
             keys = list(dict.fromkeys(k for m in judged.values() for k in m.details))
@@ -187,7 +187,7 @@ class _Strips:
 
     def figure(self) -> str:
         """Return the HTML of the figure with caption and numbers."""
-        numbers = details("Data of this figure", data_table("Data: times of frames", self._columns()), self._save())
+        numbers = details("Data of this figure", data_table("Data: times of frames", self._columns()), self._csv_link())
         caption = (
             "Each dot is a frame; boxes extend from the first to the third quartile, with a line at the median. The "
             "heavy vertical line is the available time: frames to its right are late. Dashed lines are the frame "
@@ -261,7 +261,7 @@ class _Strips:
         names = [(n,) for n in self.times]
         return [PlateColumn("model", ("model",), names), PlateColumn("time of a frame", heads, cells)]
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         rows: list[list[Cell]] = [
             [n, i + 1, format_short(t * float(m.details["limit_s"]))]
             for n, m in self.sampled.items()

@@ -39,7 +39,7 @@ def section_of(findings: ReportSummary) -> str:
         (LEAD, families_by_size(findings), _Sizes),
         (LEAD_NU, families_by_poisson(findings), _Ratios),
     ):
-        figures = [kind(findings, i, m, families).plate() for i, m in enumerate(findings.errors)]
+        figures = [kind(findings, i, m, families).render_figure() for i, m in enumerate(findings.errors)]
         if found := [figure for figure in figures if figure]:
             parts += [tag("p", lead, class_="lead"), *found]
     return section("refinement", "Refinement", *parts, _conflicting_references_sentence(findings)) if parts else ""
@@ -85,7 +85,7 @@ class _ErrorChart:
         """Return the position of a value on the abscissa."""
         return value
 
-    def said(self, value: float) -> str:
+    def format_abscissa(self, value: float) -> str:
         """Return a value of the abscissa as text."""
         raise TypeError(f"a {type(self).__name__} has no values of its own")
 
@@ -106,7 +106,7 @@ class _ErrorChart:
                 found[family] = line
         return dict(zip(_short_family_names(list(found)), found.values(), strict=True))
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the figure; empty if no family has two members with an error."""
         if not self.lines:
             return ""
@@ -135,7 +135,7 @@ class _ErrorChart:
         inner = min(line, key=lambda point: point[2])
         turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
         stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
-        said = [f"{self._format_error(e)} at {self.said(v)}" for _, v, e in stops]
+        said = [f"{self._format_error(e)} at {self.format_abscissa(v)}" for _, v, e in stops]
         verb = "falls" if stops[1][2] < stops[0][2] else "rises"
         return f"{verb} from {said[0]} to {said[1]}" + (f", then rises to {said[2]}" if turns else "")
 
@@ -164,7 +164,7 @@ class _ErrorChart:
         found = [PlateColumn("member", ("member",), [(str(i + 1),) for i in range(longest)])]
         heads = ("model", self.symbol, scale.heading(self.metric.name))
         for family, line in self.lines.items():
-            cells = [(n, self.said(v), typeset_number(f"{e / scale.factor:.4g}")) for n, v, e in line]
+            cells = [(n, self.format_abscissa(v), typeset_number(f"{e / scale.factor:.4g}")) for n, v, e in line]
             found.append(PlateColumn(family, heads, cells))
         return found
 
@@ -199,7 +199,7 @@ class _Sizes(_ErrorChart):
     kind, symbol = "refinement", "unknowns"
     ends = ("on the coarsest meshes", "on the finest")
 
-    def said(self, value: float) -> str:
+    def format_abscissa(self, value: float) -> str:
         return group_digits(int(value))
 
     @property
@@ -223,7 +223,7 @@ class _Ratios(_ErrorChart):
     def at(self, value: float) -> float:
         return -math.log10(1.0 - 2.0 * value)
 
-    def said(self, value: float) -> str:
+    def format_abscissa(self, value: float) -> str:
         return f"{value:.6g}"
 
     @property
@@ -231,5 +231,5 @@ class _Ratios(_ErrorChart):
         values = sorted({v for line in self.lines.values() for _, v, _ in line})
         low, high = self.at(values[0]), self.at(values[-1])
         edge = 0.05 * (high - low) or 0.5
-        ticks = tuple((self.at(v), typeset_number(self.said(v))) for v in values)
+        ticks = tuple((self.at(v), typeset_number(self.format_abscissa(v))) for v in values)
         return Axis(low - edge, high + edge, "Poisson's ratio (spread as log of 1 − 2ν)", ticks)

@@ -31,13 +31,13 @@ SEVERAL = 6  # largest number of states in a terminal line
 def section_of(findings: ReportSummary) -> str:
     """Return a chart for each metric with a curve for each model; empty if the analysis has no states."""
     known = [(m, curves) for m in findings.metrics if (curves := curves_of(findings, m.name))]
-    plates = [_Metric(findings, i, metric, curves).plate() for i, (metric, curves) in enumerate(known)]
+    plates = [_Metric(findings, i, metric, curves).render_figure() for i, (metric, curves) in enumerate(known)]
     return section("states", "States", *plates) if plates else ""
 
 
 def curves_of(findings: ReportSummary, metric: str) -> dict[str, Curve]:
     """Return the curves of a metric over the states, by model or reference."""
-    everyone = {n: r for n, r in findings.everyone.items() if any(metric in own.metrics for own in r.each)}
+    everyone = {n: r for n, r in findings.all_results.items() if any(metric in own.metrics for own in r.each)}
     found = {n: r.curve(metric) for n, r in everyone.items()}
     return {n: curve for n, curve in found.items() if curve.known}
 
@@ -61,7 +61,7 @@ class _Metric:
         """Values of the metric in all states and of all models."""
         return [v for curve in self.curves.values() for _, v in curve.known]
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
         known = curve_styles(self.findings.report)

@@ -28,7 +28,7 @@ WIDTH, HEIGHT = 640.0, 300.0
 def section_of(findings: ReportSummary) -> str:
     """Return the HTML section of charts over time; empty if nothing has a history."""
     every = point_histories(findings)
-    charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
+    charts = [course.render_figure() for course in {course.about: course for course in reversed(every)}.values()][::-1]
     energies, events = energy_plates(findings), _events(findings)
     if not charts and not energies and not events:
         return ""
@@ -95,7 +95,7 @@ class PointHistory:
     def symbol(self) -> str:
         return f"u{AXES[self.followed[1]]}"
 
-    def plate(self) -> str:
+    def render_figure(self) -> str:
         """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings), *self.findings.report.references]
         chart = Chart(

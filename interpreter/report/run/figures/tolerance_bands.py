@@ -32,7 +32,7 @@ class Band:
         share = (min(max(v, low), high) - low) / ((high - low) or 1.0)
         return EDGE + share * (WIDTH - 2.0 * EDGE)
 
-    def drawn(self, found: float, said: str) -> str:
+    def render_svg(self, found: float, said: str) -> str:
         """Return the SVG of the drawing with the number `found` marked; `said` is that number as text."""
         (low, high), middle = self.range, HEIGHT / 2.0
         left, right = (self._pixel_x(v) for v in self.ends)

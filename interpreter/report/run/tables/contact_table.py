@@ -37,7 +37,7 @@ def section_of(findings: ReportSummary) -> str:
     known = transpose_by_name({n: m.contacts for n, m in models.items() if m.status in SOLVED})
     rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
     moving = any("momentum" in model.solve for model in models.values())
-    return table_section("Contacts", LEAD.format(findings.of_last or (ENDED if moving else "")), HEAD, rows)
+    return table_section("Contacts", LEAD.format(findings.last_state_phrase or (ENDED if moving else "")), HEAD, rows)
 
 
 def _row(contact: str, model: str, own: ContactResult) -> str:

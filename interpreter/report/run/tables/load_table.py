@@ -21,7 +21,7 @@ def section_of(findings: ReportSummary) -> str:
     """Return an HTML table of all loads; empty if no model reports its loads."""
     known = transpose_by_name({n: m.loads for n, m in findings.report.models.items()})
     rows = [_row(name, own) for name, own in known.items()]
-    return table_section("Loads", LEAD.format(findings.of_last), ("Load", "Force", "Moment", "Taken"), rows)
+    return table_section("Loads", LEAD.format(findings.last_state_phrase), ("Load", "Force", "Moment", "Taken"), rows)
 
 
 def _row(name: str, own: Mapping[str, Resultant]) -> str:

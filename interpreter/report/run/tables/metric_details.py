@@ -55,7 +55,7 @@ def _detail_name(key: str) -> str:
 
 def _details_by_result(findings: ReportSummary, metric: MetricColumn) -> dict[str, Mapping[str, Any]]:
     """Return the details of a metric, by model or reference."""
-    found = {n: r.metrics.get(metric.name) for n, r in findings.everyone.items()}
+    found = {n: r.metrics.get(metric.name) for n, r in findings.all_results.items()}
     return {n: m.details for n, m in found.items() if m is not None and m.details}
 
 

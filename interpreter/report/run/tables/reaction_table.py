@@ -44,7 +44,7 @@ def section_of(findings: ReportSummary) -> str:
         if models[name].status in SOLVED
     ]
     pressed = ", contact forces of rigid bodies" if findings.report.names.of_kind(RIGID) else ""
-    return table_section("Supports", LEAD.format(findings.of_last, pressed), HEAD, rows)
+    return table_section("Supports", LEAD.format(findings.last_state_phrase, pressed), HEAD, rows)
 
 
 def _row(support: str, model: str, held: SupportResult, checks: Mapping[str, Any]) -> str:

@@ -50,7 +50,7 @@ def _agreement_phrases(findings: ReportSummary, name: str) -> Iterator[str]:
         named = findings.declared.get(metric.name)
         if named is None or named.against != name:
             continue
-        found = {n: m.details for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) is not None}
+        found = {n: m.details for n, r in findings.all_results.items() if (m := r.metrics.get(metric.name)) is not None}
         shares = [f"{n} by {100.0 * float(d['inside_share']):.3g} %" for n, d in found.items() if "inside_share" in d]
         sides = {truth: [n for n, d in found.items() if d.get("within") is truth] for truth in words}
         said = [f"{words[truth]}: {_join_first_names(names)}" for truth, names in sides.items() if names]

@@ -48,7 +48,7 @@ def caption(findings: ReportSummary) -> str:
     """Return the caption of the results tables."""
     best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
     clock = any(m.clock for m in findings.metrics)
-    of_last = LAST.format(findings.of_last) if findings.of_last else ""
+    of_last = LAST.format(findings.last_state_phrase) if findings.last_state_phrase else ""
     return text(CAPTION + of_last + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
 
 
@@ -80,20 +80,20 @@ class Notes:
     def _anchor(self, note: str) -> str | None:
         return note if self.linked else None
 
-    def dash(self, reason: str) -> str:
+    def missing_value_mark(self, reason: str) -> str:
         """Return an en dash with the letter of the footnote that gives the reason."""
         if reason not in self.reasons:
             self.reasons.append(reason)
         mark = letter(self.reasons.index(reason))
         return "–" + tag("sup", self._footnote_mark(mark, f"note-{mark}", f"note {mark}"))
 
-    def dagger(self, metric: str, uncertainty: str) -> str:
+    def uncertainty_mark(self, metric: str, uncertainty: str) -> str:
         """Return the mark of a value that does not exceed the uncertainty of its reference."""
         self.within.setdefault(metric, uncertainty)
         said = "within the uncertainty of the reference"
         return tag("sup", self._footnote_mark("†", "note-within", said), class_="within")
 
-    def double(self, why: str) -> str:
+    def validity_doubt_mark(self, why: str) -> str:
         """Return the mark of a value whose reference may not be valid for the scene."""
         self.doubts.setdefault(why)
         said = "the theory is not exact here"
@@ -147,7 +147,7 @@ class ResultsTable:
     @cached_property
     def values(self) -> Mapping[str, list[float]]:
         """Values of every column, by metric."""
-        results = [self.findings.everyone[n] for n in self.body.results]
+        results = [self.findings.all_results[n] for n in self.body.results]
         return {m.name: [v for r in results if (v := value_of(r, m.name)) is not None] for m in self.columns}
 
     @cached_property
@@ -214,7 +214,7 @@ class ResultsTable:
     def _metric_cell(self, name: str, result: Result, metric: MetricColumn) -> str:
         value = value_of(result, metric.name)
         if value is None:
-            return self.notes.dash(self._missing_value_reason(name, result, metric))
+            return self.notes.missing_value_mark(self._missing_value_reason(name, result, metric))
         found = result.metrics[metric.name]
         shown = tag("data", text(self._format_number(value, metric)), value=repr(value)) + self._stated_error_text(
             result, metric
@@ -222,11 +222,11 @@ class ResultsTable:
         if metric.clock and "verdict" in found.details:
             return _verdict_symbol(bool(found.details["verdict"])) + shown
         if not found.meaningful:
-            shown += self.notes.dagger(
+            shown += self.notes.uncertainty_mark(
                 metric.name, format_quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
             )
         if found.doubt:
-            shown += self.notes.double(found.doubt)
+            shown += self.notes.validity_doubt_mark(found.doubt)
         if isinstance(result, ModelResult) and name in self.findings.best(metric):
             word = "tied" if self.findings.tied(metric) else "best"
             return tag("strong", shown) + " " + tag("small", word, class_="best")
@@ -268,22 +268,22 @@ class ResultsTable:
     def _effort(self, model: ModelResult) -> list[str]:
         rounds = model.solve.get("iterations")
         none = model.message or "the method does not iterate"
-        iterations = number(rounds) if isinstance(rounds, int) else self.notes.dash(none)
+        iterations = number(rounds) if isinstance(rounds, int) else self.notes.missing_value_mark(none)
         return [self._size(model), iterations, *(self._time(model, kind) for kind in self.times)]
 
     def _missing_effort_cells(self) -> list[str]:
-        return [self.notes.dash(NO_MESH)] * (2 + len(self.times))
+        return [self.notes.missing_value_mark(NO_MESH)] * (2 + len(self.times))
 
     def _size(self, model: ModelResult) -> str:
         if "dofs" not in model.size:
-            return self.notes.dash(model.message or "the number of unknowns is not known")
+            return self.notes.missing_value_mark(model.message or "the number of unknowns is not known")
         rest = [number(model.size[k]) + f" {k}" for k in ("nodes", "elements") if k in model.size]
         return number(model.size["dofs"]) + " dofs" + _small("<br>".join(rest))
 
     def _time(self, model: ModelResult, kind: str) -> str:
         timing = model.time.get(kind)
         if timing is None:
-            return self.notes.dash("a static analysis has no time steps" if kind == "step_s" else "not timed")
+            return self.notes.missing_value_mark("a static analysis has no time steps" if kind == "step_s" else "not timed")
         cpu, below = model.time.get(kind.replace("_s", "_cpu_s")), []
         setup = model.time.get("setup_s") if kind == "solve_s" else None
         if timing.runs > 1:

@@ -58,7 +58,7 @@ class _ComparedValue:
         own = tag("td", text(self.off), class_="n")
         verdict = tag("td", "yes" if self.within else "no")
         said = f"{'inside' if self.within else 'outside'} {self.off}"
-        drawn = tag("td", Band(self.given, self.ends, tuple(everyone)).drawn(self.found, said))
+        drawn = tag("td", Band(self.given, self.ends, tuple(everyone)).render_svg(self.found, said))
         return tag("tr", row_head(self.metric), who, *amounts, own, tag("td", apart, share, class_="n"), verdict, drawn)
 
     @property
@@ -108,7 +108,7 @@ def section_of(findings: ReportSummary) -> str:
 
 def _comparisons_of_metric(findings: ReportSummary, metric: MetricColumn) -> Iterator[_ComparedValue]:
     """Yield the comparisons of a metric with its given value, for all models and states."""
-    for name, result in findings.everyone.items():
+    for name, result in findings.all_results.items():
         in_each: Sequence[Result] = result.each
         each = [(format_state(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
         for state, metrics in each or [("", result.metrics)]:

@@ -64,16 +64,16 @@ class DeckGroups:
     cells: Ints
     element: type[Element]
 
-    def named(self) -> dict[str, Members]:
+    def members_by_name(self) -> dict[str, Members]:
         """Return the members of all sets and surfaces by name.
 
         An element set or surface takes precedence over a node set of the same name.
         """
-        found = {name: self._element_set_members(own) for name, _, own in self.deck.names("elements")}
-        for name, _, rows in self.deck.surface_names():
+        found = {name: self._element_set_members(own) for name, _, own in self.deck.named_sets("elements")}
+        for name, _, rows in self.deck.named_surfaces():
             surface = self._surface_members(rows)
             found[name] = found[name].with_faces(surface) if name in found else surface
-        for name, _, own in self.deck.names("nodes"):
+        for name, _, own in self.deck.named_sets("nodes"):
             if name not in found:
                 found[name] = self._node_set_members(own)
         return found

@@ -67,22 +67,22 @@ class Namespace:
         """Return the surface with the upper-case name `key`; None if there is none."""
         return next((scope.surfaces[key] for scope in self.scopes if key in scope.surfaces), None)
 
-    def members(self, kind: Kind, numbers: Ints) -> Ints:
+    def model_members(self, kind: Kind, numbers: Ints) -> Ints:
         """Return the model's nodes or elements (`kind`) for numbers here; undefined numbers are left out."""
         known = self.node_numbers if kind == "nodes" else self.element_numbers
         if not len(known):
             return np.zeros(0, dtype=np.int64)
         place = np.minimum(np.searchsorted(known, numbers), len(known) - 1)
-        return self._global(kind, place[known[place] == numbers])
+        return self._model_indices(kind, place[known[place] == numbers])
 
-    def in_range(self, kind: Kind, first: int, last: int, step: int) -> Ints:
+    def model_members_in_range(self, kind: Kind, first: int, last: int, step: int) -> Ints:
         """Return the model's nodes or elements (`kind`) that have the numbers first, first + step, ..., last here."""
         known = self.node_numbers if kind == "nodes" else self.element_numbers
         begin, end = np.searchsorted(known, [first, last + 1])
         own = known[begin:end]
-        return self._global(kind, begin + np.flatnonzero((own - first) % step == 0))
+        return self._model_indices(kind, begin + np.flatnonzero((own - first) % step == 0))
 
-    def _global(self, kind: Kind, place: Ints) -> Ints:
+    def _model_indices(self, kind: Kind, place: Ints) -> Ints:
         found: Ints = self.first_node + place if kind == "nodes" else self.element_order[place]
         return found
 
@@ -290,9 +290,9 @@ class DeckMesh:
         """Return the sets that `word` refers to in `scope` (default: the assembly), as pairs of namespace and name."""
         if scope is not None and scope.kind != "assembly":
             return [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
-        return [self._located(kind, word, card)]
+        return [self._resolve_name(kind, word, card)]
 
-    def _located(self, kind: Kind | str, word: str, card: Card) -> tuple[Namespace, str]:
+    def _resolve_name(self, kind: Kind | str, word: str, card: Card) -> tuple[Namespace, str]:
         top, key = self.spaces[0], word.upper()
         if self._defines(top, kind, key) or len(self.spaces) == 1 or _is_number(word):
             return top, word
@@ -339,7 +339,7 @@ class DeckMesh:
         own = space.definition(kind, word.upper())
         if own is None:
             if _is_number(word):
-                return space.members(kind, np.array([int(word)], dtype=np.int64)) if len(word) < 19 else _NONE
+                return space.model_members(kind, np.array([int(word)], dtype=np.int64)) if len(word) < 19 else _NONE
             raise self._undefined(kind, f"{space.name}.{word}" if space.name else word, card)
         key = id(own), space.name
         if key not in self._known:
@@ -347,23 +347,23 @@ class DeckMesh:
                 raise card.error(f"the set `{own.name[:60]}` contains itself" if id(own) in above else
                                  f"sets are nested more than {NESTED} deep",
                                  "define the set without a reference to itself")  # fmt: skip
-            found = [self._entry(space, kind, entry, (*above, id(own))) for entry in own.entries]
+            found = [self._entry_members(space, kind, entry, (*above, id(own))) for entry in own.entries]
             self._known[key] = np.unique(np.concatenate([*found, _NONE]))
-        self._spend(len(self._known[key]), card)
+        self._limit_member_count(len(self._known[key]), card)
         return self._known[key]
 
-    def _entry(self, space: Namespace, kind: Kind, entry: Entry, above: tuple[int, ...]) -> Ints:
+    def _entry_members(self, space: Namespace, kind: Kind, entry: Entry, above: tuple[int, ...]) -> Ints:
         within = space if not entry.instance else self._instance(entry)
         if entry.numbers is not None:
-            return within.members(kind, entry.numbers)
+            return within.model_members(kind, entry.numbers)
         if entry.range is not None:
-            found = within.in_range(kind, *entry.range)
-            self._spend(len(found), entry.card)
+            found = within.model_members_in_range(kind, *entry.range)
+            self._limit_member_count(len(found), entry.card)
             return found
         asked: Kind = "elements" if entry.of_elements else kind
         name = entry.name
         if within is self.spaces[0]:
-            within, name = self._located(asked, name, entry.card)
+            within, name = self._resolve_name(asked, name, entry.card)
         found = self._members_in(within, asked, name, entry.card, above)
         return self.nodes_of(found) if entry.of_elements else found
 
@@ -375,7 +375,7 @@ class DeckMesh:
                                    "name an instance of the assembly")  # fmt: skip
         return space
 
-    def _spend(self, many: int, card: Card) -> None:
+    def _limit_member_count(self, many: int, card: Card) -> None:
         self._spent += many
         if self._spent > LIMIT:
             raise card.error(f"its sets have more than {LIMIT} members in total", "reduce the nesting of sets")
@@ -407,7 +407,7 @@ class DeckMesh:
         if scope is not None and scope.kind != "assembly":
             spaces = [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
         else:
-            spaces = [self._located("surface", word, card)]
+            spaces = [self._resolve_name("surface", word, card)]
         for space, name in spaces:
             own = space.surface(name.upper())
             if own is None:
@@ -416,16 +416,16 @@ class DeckMesh:
 
     def _rows_in(self, space: Namespace, own: Surface) -> Iterator[tuple[Ints, str, str]]:
         for who, label in own.rows:
-            within, inner = (space, who) if space.name else self._located("elements", who, own.card)
+            within, inner = (space, who) if space.name else self._resolve_name("elements", who, own.card)
             yield self._members_in(within, "elements", inner, own.card, ()), label, who
 
-    def names(self, kind: Kind) -> Iterator[tuple[str, SetDefinition, Ints]]:
+    def named_sets(self, kind: Kind) -> Iterator[tuple[str, SetDefinition, Ints]]:
         """Yield each set of the assembly and of the instances: its scoped name, its definition and its members."""
         for space in self.spaces:
             for key, own in self._definitions(space, kind).items():
                 yield _scoped_name(space, own.name), own, self._members_in(space, kind, key, own.entries[0].card, ())
 
-    def surface_names(self) -> Iterator[tuple[str, Surface, Sequence[tuple[Ints, str, str]]]]:
+    def named_surfaces(self) -> Iterator[tuple[str, Surface, Sequence[tuple[Ints, str, str]]]]:
         """Yield each surface of the assembly and of the instances: its scoped name, its definition and its rows."""
         for space in self.spaces:
             seen: set[str] = set()
