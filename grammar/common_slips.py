@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from softmark.grammar import input_limits
-from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, as_remedy, write
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, as_remedy, suggest_text
 from softmark.grammar.lalr_driver import END, acceptable_kinds
 from softmark.grammar.lexer import BREAK, Token
 from softmark.grammar.parse_table import load, reserved_words
@@ -119,7 +119,9 @@ class Slip:
         By default its message names the expected tokens and the token found.
         """
         message, remedy = message or f"{self.expected}, found {self.shown}", as_remedy(help)
-        return Diagnostic(code, message, self.source, (at or self.unexpected_token).span, label, remedy.help, fix=remedy.fix)
+        return Diagnostic(
+            code, message, self.source, (at or self.unexpected_token).span, label, remedy.help, fix=remedy.fix
+        )
 
     def before(self, text: str, offset: int = 0) -> Fix:
         """Return a fix that inserts text before the token `offset` positions after the unexpected one."""
@@ -170,7 +172,9 @@ def _report_junk(slip: Slip) -> Diagnostic | None:
     text = slip.unexpected_token.text
     match slip.unexpected_token.kind:
         case "UNCLOSED_STRING":
-            return slip.make_diagnostic("E103", "the text is not closed", 'close the text with `"` on the line on which it starts')
+            return slip.make_diagnostic(
+                "E103", "the text is not closed", 'close the text with `"` on the line on which it starts'
+            )
         case "SEMICOLON":
             return slip.make_diagnostic(
                 "E107", "a declaration ends at the end of its line, without `;`", Remedy("remove the `;`", Fix(""))
@@ -179,7 +183,9 @@ def _report_junk(slip: Slip) -> Diagnostic | None:
             remedy = Remedy("write `# ...`", _comment_fix(slip))
             return slip.make_diagnostic("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
         case "SINGLE_QUOTED":
-            return slip.make_diagnostic("E109", "a text must be in double quotes", write(f'"{text.strip(chr(39))}"'))
+            return slip.make_diagnostic(
+                "E109", "a text must be in double quotes", suggest_text(f'"{text.strip(chr(39))}"')
+            )
         case "LBRACE" | "RBRACE":
             help = "write fields in a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
             return slip.make_diagnostic("E112", f"blocks in braces do not exist, found `{text}`", help)
@@ -204,11 +210,11 @@ def _replace_lookalike(slip: Slip) -> str | Remedy:
     found = slip.unexpected_token
     instead = LOOKALIKES.get(found.text, "")
     if instead != '"':
-        return write(instead) if instead else ""
+        return suggest_text(instead) if instead else ""
     quotes = "".join(one for one, plain in LOOKALIKES.items() if plain == '"')
     quoted = re.compile(rf'[{quotes}]([^{quotes}"\\\r\n]*)[{quotes}"]').match(slip.source.text, found.start)
     if quoted is None:
-        return write(instead)
+        return suggest_text(instead)
     at, length = found.span, len(quoted[0])
     whole = Span(at.start, at.start + length, at.line, at.column, at.line, at.column + length)
     return Remedy(f"write `{instead}`", Fix(f'"{quoted[1]}"', whole))
@@ -261,7 +267,9 @@ def _report_too_few_items(slip: Slip) -> Diagnostic | None:
     if slip.unexpected_token.kind != "RPAR" or slip.in_call:
         return None
     if slip.kind(-1) == "COMMA":
-        return slip.make_diagnostic("E126", "a vector needs at least two items", "write a list, which may have one item: `[1] mm`")
+        return slip.make_diagnostic(
+            "E126", "a vector needs at least two items", "write a list, which may have one item: `[1] mm`"
+        )
     if slip.kind(-1) == "LPAR":
         return slip.make_diagnostic("E126", "the brackets are empty", "write items, or an empty list: `[]`")
     return None
@@ -272,7 +280,9 @@ def _report_misplaced_comma(slip: Slip) -> Diagnostic | None:
         return None
     if slip.kind(-1) == slip.kind(1) == "NUMBER" and slip.unexpected_token.end == slip.tokens[slip.index + 1].start:
         number = f"{slip.text(-1)}.{slip.text(1)}"
-        return slip.make_diagnostic("E113", "the decimal sign is a point", Remedy(f"write `{number}`", slip.over(number, -1, 1)))
+        return slip.make_diagnostic(
+            "E113", "the decimal sign is a point", Remedy(f"write `{number}`", slip.over(number, -1, 1))
+        )
     if slip.brackets or END not in slip.accepted_kinds:
         return None
     at_end = slip.kind(1) == END
@@ -332,7 +342,7 @@ def _report_single_equals(slip: Slip) -> Diagnostic | None:
         return _report_equals_in_argument(slip)
     if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
         return slip.make_diagnostic("E101", help="write named values in a call: `cylinder(length = 3 mm)`")
-    return slip.make_diagnostic("E117", "`=` assigns a value; to compare, write `==`", write("=="))
+    return slip.make_diagnostic("E117", "`=` assigns a value; to compare, write `==`", suggest_text("=="))
 
 
 def _report_equals_in_argument(slip: Slip) -> Diagnostic | None:
@@ -345,7 +355,7 @@ def _report_equals_in_argument(slip: Slip) -> Diagnostic | None:
     own = [token.kind for token in slip.tokens[(commas[-1] + 1 if commas else start) : slip.index]]
     if own[:2] != ["NAME", "EQUAL"] or slip.kind(-1) != "NAME" or slip.kind(-2) in VALUES | CLOSERS:
         return None  # `f(a = 1 b = 2)`: a comma is missing
-    remedy = write("==", ", or `<=` or `>=` to select a region")
+    remedy = suggest_text("==", ", or `<=` or `>=` to select a region")
     return slip.make_diagnostic("E117", "`=` assigns a value; to compare, write `==`", remedy)
 
 
@@ -424,7 +434,7 @@ def _report_missing_value(slip: Slip) -> Diagnostic | None:
 def _report_text(slip: Slip) -> Diagnostic | None:
     """Report errors in the path of a `use`, in the title of a `scene`, and in words after them."""
     if slip.accepted_kinds == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
-        return slip.make_diagnostic("E101", help=write(f'"{slip.text(0)}"'))
+        return slip.make_diagnostic("E101", help=suggest_text(f'"{slip.text(0)}"'))
     if slip.accepted_kinds == {"AS"}:
         return slip.make_diagnostic("E101", help=f"write `use {slip.text(-1)} as name`")
     return None

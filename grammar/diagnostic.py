@@ -25,7 +25,7 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class Second:
+class SecondaryPlace:
     """Secondary place of a message, such as that of a parameter whose value is out of range."""
 
     source: Source
@@ -54,7 +54,7 @@ def did_you_mean(name: str, text: str = "", more: str = "") -> Remedy:
     return Remedy(f"did you mean `{name}`?{more}", Fix(text or name))
 
 
-def write(text: str, more: str = "") -> Remedy:
+def suggest_text(text: str, more: str = "") -> Remedy:
     """Return ``write `text` `` with a fix that inserts the text at the message's span."""
     return Remedy(f"write `{text}`{more}", Fix(text))
 
@@ -78,7 +78,7 @@ class Diagnostic:
     label: str = ""
     help: str = ""
     notes: tuple[str, ...] = ()
-    also: tuple[Second, ...] = ()
+    also: tuple[SecondaryPlace, ...] = ()
     fix: Fix | None = None
 
     @property
@@ -162,7 +162,7 @@ def _draw_diagnostic(diagnostic: Diagnostic, paint: Paint) -> str:
     lines, margin = [head], "   "
     if diagnostic.source and diagnostic.span:
         margin = " " * (max(len(str(s.line)) for s in (diagnostic.span, *(s.span for s in diagnostic.also))) + 2)
-        first = Second(diagnostic.source, diagnostic.span, diagnostic.label)
+        first = SecondaryPlace(diagnostic.source, diagnostic.span, diagnostic.label)
         lines += _snippet(first, margin, paint, severity)
         for second in diagnostic.also:
             lines += _snippet(second, margin, paint)
@@ -175,7 +175,7 @@ def _draw_diagnostic(diagnostic: Diagnostic, paint: Paint) -> str:
     return "\n".join(lines)
 
 
-def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> list[str]:
+def _snippet(place: SecondaryPlace, margin: str, paint: Paint, severity: str = "") -> list[str]:
     """Return the lines that show a place: its position, the source line, and carets under the span with the label.
 
     A secondary place has dashes instead of carets.

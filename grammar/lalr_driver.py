@@ -15,13 +15,13 @@ Builder = Mapping[str, Callable[[list[Any]], Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class Unexpected:
+class UnexpectedToken:
     """Token `tokens[index]` that the parser cannot accept."""
 
     index: int
 
 
-def run(table: ParseTable, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
+def run(table: ParseTable, build: Builder, tokens: Sequence[Token], start: str) -> Any | UnexpectedToken:
     """Return the value of a sequence of tokens, or the first token that the parser cannot accept.
 
     The last token must be of kind `END`; otherwise it raises ValueError. The method is shift-reduce parsing with
@@ -45,7 +45,7 @@ def run(table: ParseTable, build: Builder, tokens: Sequence[Token], start: str) 
             if kind == END and states[-1] == end:
                 return values[-1]
         if action is None:
-            return Unexpected(index)
+            return UnexpectedToken(index)
         states.append(action)
         values.append(token)
     raise ValueError("the tokens do not end with END")

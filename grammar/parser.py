@@ -3,7 +3,7 @@
 `parse` reads a scene, and `parse_expression` an override such as `-p L=120mm`. The lexer, the splitting into
 declarations and the LALR parser run in one pass, and give at most one diagnostic for each declaration. A declaration
 with an error is left out of the tree, and its name is added to `Tree.broken`. To add a rule of `scene.lark`: one method
-of `_Build`.
+of `_TreeBuilder`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, cast
 
 from softmark.grammar import common_slips, input_limits
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.grammar.lalr_driver import END, Builder, Unexpected, run
+from softmark.grammar.lalr_driver import END, Builder, UnexpectedToken, run
 from softmark.grammar.lexer import Token, lex
 from softmark.grammar.parse_table import load
 from softmark.grammar.statement_splitting import Chunk, declarations, single_chunk
@@ -76,7 +76,7 @@ class _Parser:
         self.broken: list[str] = []
         self._shown: list[Diagnostic] = []
         self._hidden = 0
-        self._build = _Build(source)
+        self._build = _TreeBuilder(source)
 
     def diagnostics(self) -> list[Diagnostic]:
         """Return at most `MAX_DIAGNOSTICS` diagnostics, and one more with the number of those not shown."""
@@ -106,7 +106,7 @@ class _Parser:
         tokens = [*chunk.tokens, _end(chunk)]
         self._build.problems.clear()
         tree = run(load(), self._build.methods, tokens, self.start)
-        if isinstance(tree, Unexpected):
+        if isinstance(tree, UnexpectedToken):
             return None, self._report_unexpected(chunk, tokens, tree.index)
         if len(tokens) > input_limits.MAX_DEPTH:
             self._build.note(input_limits.report_deep_nesting(self.source, tree))
@@ -154,7 +154,7 @@ def _remaining_chunk(tokens: list[Token], start: int) -> Chunk:
     return single_chunk([first._replace(kind="NAME") if first.kind == "UNIT" else first, *others])
 
 
-class _Build:
+class _TreeBuilder:
     """Builder of tree nodes: one method for each rule of `scene.lark`, which takes the values of the rule's symbols.
 
     Violations that the grammar cannot express (a number's range, the order of arguments) are added to `problems`.
@@ -262,11 +262,11 @@ class _Build:
 
     def vector(self, values: list[Any]) -> Vector:
         """Build `(a, b, c) unit`."""
-        return Vector(_items(values), _unit(values), _span_of_tokens(values[0], values[-1]))
+        return Vector(_without_tokens(values), _unit(values), _span_of_tokens(values[0], values[-1]))
 
     def series(self, values: list[Any]) -> List:
         """Build `[a, b, c] unit`."""
-        return List(_items(values), _unit(values), _span_of_tokens(values[0], values[-1]))
+        return List(_without_tokens(values), _unit(values), _span_of_tokens(values[0], values[-1]))
 
     def call(self, values: list[Any]) -> Call:
         """Build `function(argument, name = argument)`."""
@@ -303,5 +303,5 @@ def _unit(values: list[Any]) -> Unit | None:
     return Unit(last.text, last.span) if last.kind == "UNIT" else None
 
 
-def _items(values: list[Any]) -> tuple[Any, ...]:
+def _without_tokens(values: list[Any]) -> tuple[Any, ...]:
     return tuple(value for value in values if not isinstance(value, Token))

@@ -135,7 +135,9 @@ class CollocatedLayer:
         u = self.whole(t, inner)
         J = 1.0 + D @ u
         h = 1e-6
-        steeper = (self.layer.consolidation_coefficient(J + h) - self.layer.consolidation_coefficient(J - h)) / (2.0 * h)
+        steeper = (self.layer.consolidation_coefficient(J + h) - self.layer.consolidation_coefficient(J - h)) / (
+            2.0 * h
+        )
         by_u = self.layer.consolidation_coefficient(J)[:, None] * D2 + (steeper * (D2 @ u))[:, None] * D
         found: Array = by_u[1:-1, 1:-1].copy()
         if self.layer.force:

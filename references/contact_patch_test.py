@@ -210,7 +210,9 @@ class Stack:
 
         def off(P: float) -> tuple[float, float]:
             each = [(block.length, *block.solid.strains(P)) for block in self.blocks]
-            return sum(L * along for L, along, _, _ in each) - self.length_change, sum(L * slope for L, _, _, slope in each)
+            return sum(L * along for L, along, _, _ in each) - self.length_change, sum(
+                L * slope for L, _, _, slope in each
+            )
 
         return find_root(off, self.length_change / soft)
 
@@ -225,7 +227,9 @@ class DeformedStack:
     @property
     def left(self) -> float:
         """Remaining gap, m, if all other gaps are closed; 0 if there is contact everywhere."""
-        return max(self.stack.length_change, 0.0) if self.stack.has_unglued_joints and None not in self.stack.ends else 0.0
+        return (
+            max(self.stack.length_change, 0.0) if self.stack.has_unglued_joints and None not in self.stack.ends else 0.0
+        )
 
     @property
     def pull(self) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from softmark.records import dataclass
 from softmark.references.data_download import find_file, source_of
-from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.measured_data import FileFrame, MeasuredSurface, Unreadable, Vector
 from softmark.references.measured_surface import clean_surface
 from softmark.references.reference_base import How, Reference
 from softmark.references.surface_smoothing import taubin
@@ -66,7 +66,7 @@ class CtVolume(Reference):
         file = find_file(self.path, beside)
         volume = read_volume(file, self.spacing, self.unit)
         points, triangles, notes = extract_isosurface(volume, self.iso, self.smoothing, self.keep, file.name)
-        placed = Frame(1.0, self.x, self.z, self.origin).points(points, file.name)
+        placed = FileFrame(1.0, self.x, self.z, self.origin).points(points, file.name)
         by = source_of(self.citation, self.path, file.name)
         return MeasuredSurface(placed, triangles, self.uncertainty, by, notes=notes)
 

@@ -20,7 +20,7 @@ FARTHEST = 1.0  # sqrt(R d) over the thickness, up to which it was shown
 
 
 @dataclass(frozen=True)
-class Series(ForceTheory):
+class LayerSeriesSolution(ForceTheory):
     """Force F = 16/9 E sqrt(R) d^(3/2) (1 + c1 x + ... + c4 x^4) with x = sqrt(R d) / h, for nu = 0.5. SI units.
 
     R is the radius of the sphere, d the depth and h the thickness of the layer.
@@ -105,11 +105,11 @@ class Dimitriadis(Reference):
             raise NotApplicable(f"sqrt(R d) is {x:.3g} times the thickness", "use a thicker layer or a smaller depth")
         pressed.must_be_wide()
 
-    def solve(self, pressed: Indentation) -> Series:
+    def solve(self, pressed: Indentation) -> LayerSeriesSolution:
         """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
         return self.solve_unchecked(pressed)
 
-    def solve_unchecked(self, pressed: Indentation) -> Series:
+    def solve_unchecked(self, pressed: Indentation) -> LayerSeriesSolution:
         """Return the solution without a check of the assumptions."""
-        return Series(pressed.half_space)
+        return LayerSeriesSolution(pressed.half_space)

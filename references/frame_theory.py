@@ -246,8 +246,9 @@ class Frame:
             P[at] += member.equivalent_nodal_loads
         answer = FrameSolution(self, self._solve_free_motions(P, d).reshape(-1, 6))
         if not answer.nonlinearity_measure <= SMALL:
+            percent = 100 * answer.nonlinearity_measure
             raise NotApplicable(
-                f"its rotations, and its forces relative to buckling loads, reach {100 * answer.nonlinearity_measure:.2g} %",
+                f"its rotations, and its forces relative to buckling loads, reach {percent:.2g} %",
                 "the theory holds for small loads: reduce them, or compare two models",
             )
         return answer
@@ -357,7 +358,9 @@ class FrameSolution:
 
     def _motion_and_force(self, member: FrameMember) -> tuple[Array, Array]:
         first, last = (member.turned @ self.d[n] for n in member.nodes)
-        return first, np.linalg.solve(member.flexibility, last - member.rigid_motion_matrix @ first - member.end_motion_under_load)
+        return first, np.linalg.solve(
+            member.flexibility, last - member.rigid_motion_matrix @ first - member.end_motion_under_load
+        )
 
     @cached_property
     def turns(self) -> list[Array]:

@@ -8,7 +8,7 @@ from softmark.records import dataclass
 from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.inclusion import RoundCore
+    from softmark.references.inclusion import BodyWithRoundCore
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,6 @@ class Goodier(Reference):
     source: ClassVar[str] = "Goodier 1933, Trans. ASME 55, 39-44; Eshelby 1957, Proc. R. Soc. A 241, 376-396"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
-    def solve(self, core: RoundCore) -> RoundCore:
+    def solve(self, core: BodyWithRoundCore) -> BodyWithRoundCore:
         """Return the body itself, whose class contains the closed-form solution."""
         return core

@@ -211,7 +211,7 @@ class HalfSpace:
         near, r = r < ON_AXIS * a, np.maximum(r, ON_AXIS * a)
         out, into = np.zeros(len(r)), np.zeros(len(r))
         for n, g in ((0, -share * self.depth), (power, share * self.tip.rate)):
-            by_r, by_z, by_rz, by_zz = potential(n, a, r, z)
+            by_r, by_z, by_rz, by_zz = potential_derivatives(n, a, r, z)
             out += g * ((1.0 - 2.0 * nu) * by_r + z * by_rz) / (2.0 * G)
             into += g * (-2.0 * (1.0 - nu) * by_z + z * by_zz) / (2.0 * G)
         return np.where(near, 0.0, out), into
@@ -262,7 +262,11 @@ class HalfSpace:
         if math.isfinite(self.around.thickness):
             thickness = self.layer.push / self.push - 1.0
             beside = 0.0 if math.isinf(self.around.width) else abs(self.layer.surface_displacement(self.around.width))
-        return {"thickness": thickness, "sides": -self.tip.force_exponent * beside / self.depth, **self.tip.off(self.depth)}
+        return {
+            "thickness": thickness,
+            "sides": -self.tip.force_exponent * beside / self.depth,
+            **self.tip.off(self.depth),
+        }
 
 
 @dataclass(frozen=True)
@@ -284,7 +288,7 @@ class ForceTheory:
     displacement = None
 
 
-def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
+def potential_derivatives(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
     """Return dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) of the potential for g(t) = t^n, n <= 2.
 
     g is zero beyond the contact radius a. The derivatives are evaluated at radii r > 0 and depths z >= 0 (k,), m.

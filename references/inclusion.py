@@ -69,7 +69,7 @@ def _displacement_modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
 
 
 @dataclass(frozen=True)
-class RoundCore:
+class BodyWithRoundCore:
     """Linear elastic sphere (n = 3) or slice of a cylinder (n = 2) with a round core or hole. SI units.
 
     Raises NotApplicable for inconsistent values.

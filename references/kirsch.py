@@ -8,7 +8,7 @@ from softmark.records import dataclass
 from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.inclusion import RoundCore
+    from softmark.references.inclusion import BodyWithRoundCore
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,6 @@ class Kirsch(Reference):
     source: ClassVar[str] = "Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
-    def solve(self, core: RoundCore) -> RoundCore:
+    def solve(self, core: BodyWithRoundCore) -> BodyWithRoundCore:
         """Return the body itself, whose class contains the closed-form solution."""
         return core

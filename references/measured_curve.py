@@ -145,7 +145,7 @@ class CurveFromFile(Reference):
         gone = len(rows) - len(rows[chosen])
         loop = None
         if 1 < turn < len(rows) - 2 and all(map(_is_monotone, both := [rows[part] for part in parts.values()])):
-            loop = Loop(sorted(both[0]), sorted(both[1]))
+            loop = HysteresisLoop(sorted(both[0]), sorted(both[1]))
         left = f"{gone} of {len(rows)} rows do not belong to the {self.branch} branch and are omitted" if gone else ""
         return Repeat(tuple(rows[chosen]), loop), left
 
@@ -177,7 +177,7 @@ class CurveInTable(CurveFromFile):
 
 
 @dataclass(frozen=True)
-class Loop:
+class HysteresisLoop:
     """Loading and unloading branches of a curve: rows of x, y and the uncertainty of y, SI, by increasing x."""
 
     there: list[Row]
@@ -188,7 +188,7 @@ class Loop:
         """Smallest and largest x that both branches cover."""
         return max(self.there[0][0], self.back[0][0]), min(self.there[-1][0], self.back[-1][0])
 
-    def within(self, stated: Callable[[Array], Array]) -> Loop:
+    def within(self, stated: Callable[[Array], Array]) -> HysteresisLoop:
         """Return the loop with an additional uncertainty, added in quadrature to that of each row.
 
         `stated` is a function that computes the additional uncertainty from values y (n,).
@@ -197,7 +197,7 @@ class Loop:
         for way in (self.there, self.back):
             more = stated(np.array([y for _, y, _ in way]))
             ways.append([(x, y, math.hypot(u, float(v))) for (x, y, u), v in zip(way, more, strict=True)])
-        return Loop(ways[0], ways[1])
+        return HysteresisLoop(ways[0], ways[1])
 
     def lost(self, low: float, high: float) -> tuple[float, float] | None:
         """Return the lost fraction of work between two x, and its uncertainty; None if loading takes no work.
@@ -219,7 +219,7 @@ class Repeat:
     """
 
     rows: tuple[tuple[float, float, float], ...]
-    loop: Loop | None = None
+    loop: HysteresisLoop | None = None
 
     @cached_property
     def sorted(self) -> tuple[tuple[float, ...], ...]:
@@ -244,7 +244,7 @@ class MeasuredCurve:
     repeats: int
     spread: float  # the largest standard deviation between repeats, in the unit of y
     notes: tuple[str, ...] = ()
-    loops: tuple[Loop, ...] = ()  # of repeats with a way there and one back
+    loops: tuple[HysteresisLoop, ...] = ()  # of repeats with a way there and one back
     band: tuple[Array, Array] | None = None  # (n,) each: where it is not y - u to y + u
 
     @property

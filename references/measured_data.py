@@ -55,7 +55,7 @@ def require_uncompressed(file: Path) -> None:
 
 
 @dataclass(frozen=True)
-class Frame:
+class FileFrame:
     """Coordinate system of a file in the scene: x_scene = unit A x_file + origin, with A a rotation.
 
     `x` and `z` are the directions of the scene's axes in the file; the scene's y axis is z cross x, so no frame mirrors

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from softmark.mesh_file_hazards import find_hazard
 from softmark.records import dataclass
 from softmark.references.data_download import find_file, source_of
-from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.measured_data import FileFrame, MeasuredSurface, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surface_geometry import (
@@ -97,7 +97,7 @@ class SurfaceScan(Reference):
         names are relative to the folder `beside`. Raises Unreadable.
         """
         points, triangles = read_surface(find_file(self.path, beside))
-        frame = Frame(self.unit, self.x, self.z, self.origin)
+        frame = FileFrame(self.unit, self.x, self.z, self.origin)
         points, triangles, notes = clean_surface(self.path, frame.points(points, self.path), triangles, self.keep)
         by = source_of(self.citation, self.path, Path(self.path).name)
         return self._register_surface(

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from softmark.records import dataclass
 from softmark.references.data_download import find_file, source_of
-from softmark.references.measured_data import Frame, MeasuredPoints, Unreadable, Vector
+from softmark.references.measured_data import FileFrame, MeasuredPoints, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
 from softmark.resource_limits import describe_read_error, limited_resources
 from softmark.safe_files import open_regular
@@ -99,7 +99,7 @@ class TrackedPoints(Reference):
         if not there.any():
             raise Unreadable(table.name, f"no point has a position in states {self.rest} and {self.state}",
                              "repair the table")  # fmt: skip
-        frame = Frame(self.unit, self.x, self.z, self.origin)
+        frame = FileFrame(self.unit, self.x, self.z, self.origin)
         gone = int((~there).sum())
         return MeasuredPoints(
             frame.points(rest[there], table.name),

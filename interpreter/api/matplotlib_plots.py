@@ -20,7 +20,7 @@ from softmark.interpreter.report.run.figures import centre_lines, state_charts, 
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import curve_styles, lines_of
 from softmark.interpreter.results.run_report import PlottedCurve, Report
-from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.results.state_results import TimeState
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _deformed_line_drawings(findings: ReportSummary) -> Found:
     """Return the drawings of deformed lines by probe, each in the plane in which the line bends."""
 
     def made(number: int, probe: str) -> Drawing:
-        own = centre_lines.Lines(findings, number, probe)
+        own = centre_lines.CentreLineFigure(findings, number, probe)
         i, j = own.plane
         traces = [Trace(n, X[:, i], X[:, j]) for n, X in own.lines.items() if n not in own.omitted_models]
         left = f", without {join_names(own.omitted_models)} (outside the drawing)" if own.omitted_models else ""
@@ -176,7 +176,7 @@ def _metric_by_state_drawings(findings: ReportSummary) -> Found:
 
     def made(metric: Any, curves: Mapping[str, Any]) -> Drawing:
         traces = [Trace(n, *zip(*curve.known, strict=True)) for n, curve in curves.items()]
-        timed = any(isinstance(s, Moment) for curve in curves.values() for s in curve.states)
+        timed = any(isinstance(s, TimeState) for curve in curves.values() for s in curve.states)
         return Drawing(metric.name, ("t", "s") if timed else ("state", "1"), (metric.name, metric.unit), traces)
 
     known = ((m, state_charts.curves_of(findings, m.name)) for m in findings.metrics)

@@ -33,16 +33,16 @@ def add_braces(tex: str) -> str:
 
 def setup(app: Sphinx) -> None:
     """Register the Sphinx math renderer `mathml`."""
-    app.add_html_math_renderer("mathml", (inline, None), (block, None))
+    app.add_html_math_renderer("mathml", (write_inline_formula, None), (write_displayed_formula, None))
 
 
-def inline(self: HTML5Translator, node: nodes.math) -> None:
+def write_inline_formula(self: HTML5Translator, node: nodes.math) -> None:
     """Write a formula within a sentence as HTML."""
     self.body.append(_mathml(node, False))
     raise nodes.SkipNode
 
 
-def block(self: HTML5Translator, node: nodes.math_block) -> None:
+def write_displayed_formula(self: HTML5Translator, node: nodes.math_block) -> None:
     """Write a displayed formula as HTML, with its number if it has a label."""
     number = node.get("number")
     ids = f' id="{node["ids"][0]}"' if node.get("ids") else ""

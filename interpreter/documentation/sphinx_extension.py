@@ -21,13 +21,13 @@ def setup(app: Sphinx) -> dict[str, Any]:
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
     app.add_lexer("scene", SceneLexer)
     app.add_lexer("csv", TextLexer)  # Pygments has no lexer for it
-    app.add_directive("indexed", Indexed)
+    app.add_directive("indexed", IndexDirective)
     mathml.setup(app)
     app.add_css_file("softmark.css")
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-class Indexed(SphinxDirective):
+class IndexDirective(SphinxDirective):
     """Directive that adds index entries for its position, one per line: `single: young (field); fem`."""
 
     has_content = True

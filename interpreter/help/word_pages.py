@@ -125,7 +125,7 @@ def _default(f: Field) -> str:
     return str(f.default) or "none"
 
 
-def page_of_plugins(words: Vocabulary, name: str) -> str | None:
+def plugin_word_pages(words: Vocabulary, name: str) -> str | None:
     """Return the pages of a plugin's word `name`; None if no plugin has it.
 
     The language's own word of that name, if any, is included.

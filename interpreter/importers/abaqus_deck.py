@@ -27,7 +27,7 @@ from softmark.interpreter.importers.imported_deck import (
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.files.abaqus.deck_mesh import DeckMesh, MeshBuilder
-from softmark.solvers.mesh.files.abaqus.element_types import cell_of
+from softmark.solvers.mesh.files.abaqus.element_types import meshio_cell_name
 from softmark.solvers.mesh.files.abaqus.keyword_lines import Card, DeckError, UnsupportedDeck, read_cards, read_number
 
 KINDS = {ELEMENTS[kind].meshio: kind for kind in ("tet4", "tet10", "hex8", "hex20")}
@@ -371,7 +371,7 @@ class _Body:
         """Refuse decks whose solids have no cells or several kinds, and list elements that are not solids."""
         others, name = 0, self.mesh.name
         for kind, (card, many) in self.mesh.kinds.items():
-            cell = cell_of(kind)
+            cell = meshio_cell_name(kind)
             if cell in KINDS and kind.startswith("C3D"):
                 if kind != PLAIN[cell]:
                     why = f"is imported as {PLAIN[cell]} with full integration, without its special formulation"

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.files.abaqus.deck_groups import facets_of_labels
-from softmark.solvers.mesh.mesh_groups import is_known_row
+from softmark.solvers.mesh.mesh_groups import known_row_mask
 
 Ints = NDArray[np.int64]
 
@@ -42,7 +42,7 @@ class CellSides:
         asked = np.unique(np.sort(facets, axis=1), axis=0)
         known = asked[asked[:, 0] >= 0]  # a node outside all cells is -1
         border = np.flatnonzero(self.border)
-        chosen = border[is_known_row(known, self.corners[border])]
+        chosen = border[known_row_mask(known, self.corners[border])]
         return self._cell_and_side_indices(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:

@@ -252,7 +252,9 @@ class _Writer:
             return _supplied_constructor(self.filled.material)
         fields = [f"{name} = {self.units.format_stress(value)}" for name, value in law.stresses.items()]
         fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
-        fields += [f"{name} = [{', '.join(map(self.units.format_stress, own))}]" for name, own in law.stress_lists.items()]
+        fields += [
+            f"{name} = [{', '.join(map(self.units.format_stress, own))}]" for name, own in law.stress_lists.items()
+        ]
         fields += [f"{name} = [{', '.join(map(repr, own))}]" for name, own in law.lists.items()]
         if law.density is not None:
             density = self.units.format_density(law.density)
@@ -263,8 +265,10 @@ class _Writer:
             if NO_DENSITY not in self.deck.taken:
                 self.deck.taken.append(NO_DENSITY)
         else:
-            raise MissingValue(f"the material `{part}` has no density, which a scene requires",
-                          "give it, `--density 1000kg/m^3`; in static analyses it affects only gravity")  # fmt: skip
+            raise MissingValue(
+                f"the material `{part}` has no density, which a scene requires",
+                "give it, `--density 1000kg/m^3`; in static analyses it affects only gravity",
+            )
         fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
         return f"{law.word}({', '.join(fields)})"
 

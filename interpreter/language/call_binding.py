@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
+from softmark.grammar.diagnostic import Fix, Remedy, SecondaryPlace, did_you_mean, suggest_text
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import expression_evaluation as evaluation
 from softmark.interpreter.language import (
@@ -23,7 +23,12 @@ from softmark.interpreter.language import (
 from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.language.condition_syntax import format_condition, read_condition
-from softmark.interpreter.language.expression_evaluation import EvaluationError, Place, Quantity, VectorValue
+from softmark.interpreter.language.expression_evaluation import (
+    EvaluationContext,
+    EvaluationError,
+    Quantity,
+    VectorValue,
+)
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.region_references import KIND, make_region_lookup
@@ -37,7 +42,7 @@ if TYPE_CHECKING:
 ORIGINS = 3  # maximum number of parameters shown in a message
 FARTHEST = 1e30  # its sixth power (volume times stiffness) does not overflow
 HOME = "paths are relative to the scene's own folder"
-Bound = tuple[tree.Expression, Place]  # expression and its text
+Bound = tuple[tree.Expression, EvaluationContext]  # expression and its text
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,7 @@ class Binder:
     full: str
 
     @property
-    def place(self) -> Place:
+    def place(self) -> EvaluationContext:
         """Text of the module, and the list that collects its diagnostics."""
         return self.module.place
 
@@ -90,7 +95,9 @@ class Binder:
         others = self.vocabulary.find(name)
         if not others and (present := renamed_words.CONSTRUCTORS.get(name)) in known:
             message = f"there is no {kind} `{name}`"
-            raise self.place.record_error("E203", node.function.span, message, "an earlier name", renamed_words.remedy(present))
+            raise self.place.record_error(
+                "E203", node.function.span, message, "an earlier name", renamed_words.remedy(present)
+            )
         if not others and (lost := self.vocabulary.broken_plugin_message(kind, name)) is not None:
             raise self.place.record_error("E730", node.function.span, *lost)
         meant = foreign_aliases.WORDS.get(name)
@@ -105,7 +112,9 @@ class Binder:
             hint = other_word or f"{kind} constructors: {', '.join(known)}"
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
-        raise self.place.record_error("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
+        raise self.place.record_error(
+            "E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint
+        )
 
     # ------------------------------------------------------------------ arguments to fields
 
@@ -137,7 +146,7 @@ class Binder:
             if adjacent and field.dimension not in (None, units.NONE):
                 raise self.place.record_error("E113", tree.span_between(a.span, b.span), "the decimal sign is a point",
                                       "a comma separates arguments",
-                                write(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
+                                suggest_text(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
 
     def _text_of(self, node: tree.Expression) -> str:
         return self.place.source.text[node.span.start : node.span.end]
@@ -166,7 +175,7 @@ class Binder:
             return
         name, given = (self._text_of(operand) for operand in value.operands[:2])
         if constructor.field(name) is not None:
-            problem, help = f"expected `=` after `{name}`, found `==`", write(f"{name} = {given}")
+            problem, help = f"expected `=` after `{name}`, found `==`", suggest_text(f"{name} = {given}")
             raise self.place.record_error("E106", value.span, problem, "a comparison", help)
 
     def _find_field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
@@ -176,9 +185,13 @@ class Binder:
                 return constructor.fields[position]
             count = len(constructor.fields)
             fields = f"{count} field" + ("s" if count != 1 else "")
-            self.place.record_error("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
-                            "too many",
-                            self._list_fields(constructor))  # fmt: skip
+            self.place.record_error(
+                "E211",
+                argument.span,
+                f"`{constructor.name}` has {fields}; this value is one too many",
+                "too many",
+                self._list_fields(constructor),
+            )
             return None
         field = constructor.field(argument.name)
         if field is None:
@@ -219,7 +232,9 @@ class Binder:
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
         meanings = "; ".join(f.meaning + self.unit_hint(f) for f in unexplained)
-        self.place.record_error("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
+        self.place.record_error(
+            "E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings
+        )
         return True
 
     @staticmethod
@@ -241,7 +256,7 @@ class Binder:
 
     # ------------------------------------------------------------------ values by form
 
-    def value(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def value(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
         """Return the value of an expression for a field. Raises EvaluationError."""
         if field.varies and (varying := field_parsers.parse_profile(self, field, node, place)) is not None:
             return varying
@@ -250,12 +265,12 @@ class Binder:
         form = "value_object" if field.form == "value" else field.form
         return getattr(self, f"_{form}")(field, node, place)
 
-    def report_wrong_form(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
+    def report_wrong_form(self, field: Field, node: tree.Expression, place: EvaluationContext) -> EvaluationError:
         """Record an error about a value that is not of the form that its field expects, and return the error."""
         found = evaluation.describe_expression(node)
         return place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
-    def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
+    def _quantity(self, field: Field, node: tree.Expression, place: EvaluationContext) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
             raise self.report_wrong_form(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
@@ -267,7 +282,9 @@ class Binder:
         self.within(field, node, place, value.value)
         return value.value
 
-    def dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
+    def dimension(
+        self, field: Field, node: tree.Expression, place: EvaluationContext, value: Quantity | VectorValue
+    ) -> None:
         """Refuse a value whose dimension differs from that of its field. Raises EvaluationError."""
         due = field.dimension or units.NONE
         if value.dimension == due:
@@ -283,18 +300,18 @@ class Binder:
         help = quotient_warnings.suggest_quotient(node, place.source.text, value.dimension, due, named) or hint
         raise place.record_error("E204", node.span, problem, label, help, self._parameter_origins(node))
 
-    def _parameter_origins(self, node: tree.Expression) -> tuple[Second, ...]:
+    def _parameter_origins(self, node: tree.Expression) -> tuple[SecondaryPlace, ...]:
         """Return the places where the parameters in an expression get their values, for messages."""
-        found: dict[str, Second] = {}
+        found: dict[str, SecondaryPlace] = {}
         for part, _ in tree.walk(node):
             name = part.text if isinstance(part, tree.Name) else ""
             parameter = self.compiler.scope.parameters.get(self.module.prefix + name)
             if parameter is not None and len(found) < ORIGINS:
                 at = parameter.location
-                found.setdefault(name, Second(at.source, at.span, f"`{name}` gets its value here"))
+                found.setdefault(name, SecondaryPlace(at.source, at.span, f"`{name}` gets its value here"))
         return tuple(found.values())
 
-    def within(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
+    def within(self, field: Field, node: tree.Expression, place: EvaluationContext, value: float) -> None:
         """Refuse a number, in SI units, outside the range of its field. Raises EvaluationError."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
             raise place.record_error(
@@ -319,7 +336,7 @@ class Binder:
             self._parameter_origins(node),
         )
 
-    def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _vector(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[float, ...]:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
@@ -337,7 +354,7 @@ class Binder:
             self.within(field, node, place, component)
         return value.values
 
-    def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
+    def _integer(self, field: Field, node: tree.Expression, place: EvaluationContext) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
             raise self.report_wrong_form(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
@@ -348,15 +365,17 @@ class Binder:
         self.within(field, node, place, q.value)
         return int(q.value)
 
-    def _flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
+    def _flag(self, field: Field, node: tree.Expression, place: EvaluationContext) -> bool:
         if isinstance(node, tree.Name) and node.text in ("yes", "no"):
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
-            raise place.record_error("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
+            raise place.record_error(
+                "E212", node.span, f"`{node.text}` is not yes or no", "unknown word", suggest_text(word)
+            )
         raise self.report_wrong_form(field, node, place)
 
-    def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _choice(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
         if not isinstance(node, tree.Name | tree.String):
             raise self.report_wrong_form(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
@@ -364,20 +383,22 @@ class Binder:
             return word
         if word in field.options:
             raise place.record_error(
-                "E212", node.span, f"a choice for `{field.name}` must not be in quotes", "a text", write(word)
+                "E212", node.span, f"a choice for `{field.name}` must not be in quotes", "a text", suggest_text(word)
             )
         meant = foreign_aliases.CHOICES.get(word)
         close = meant if meant in field.options else find_misspelling(word, field.options)
         due = f"`{field.name}` is {field.expected}"
         hint = did_you_mean(close, more=f" {due}") if close else due
-        raise place.record_error("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
+        raise place.record_error(
+            "E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint
+        )
 
-    def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _text(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
         if not isinstance(node, tree.String):
             raise self.report_wrong_form(field, node, place)
         return node.value
 
-    def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _file(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
         name = self._text(field, node, place)
         if name.startswith("data:"):
             return self._data_set_name(name, node, place)
@@ -394,7 +415,7 @@ class Binder:
         hint = did_you_mean(meant, f'"{meant}"') if close else HOME
         raise place.record_error("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
-    def _data_set_name(self, name: str, node: tree.Expression, place: Place) -> str:
+    def _data_set_name(self, name: str, node: tree.Expression, place: EvaluationContext) -> str:
         """Return the name of a public data set, which is downloaded when the scene runs. Raises EvaluationError."""
         from softmark.references.data_download import TABLE
 
@@ -405,7 +426,7 @@ class Binder:
         hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
         raise place.record_error("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
-    def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _direction(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _axis_unit_vector(axis, 1.0)
@@ -420,7 +441,7 @@ class Binder:
                 return self._normalised(field, node, place)
         raise self.report_wrong_form(field, node, place)
 
-    def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _normalised(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
             found = evaluation.describe_value(value)
@@ -437,16 +458,16 @@ class Binder:
             raise place.record_error("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
-    def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _condition(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
         find = self.compiler.resolve_declaration
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
-    def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _name(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
             raise place.record_error("E207", node.span, f"expected {field.expected}, found a text", "a text",
-                             write(node.value, ", without quotes"))  # fmt: skip
+                             suggest_text(node.value, ", without quotes"))  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"write names without quotes; declared {field_schema.plural(field.kind)}: {known}"
@@ -456,12 +477,12 @@ class Binder:
         self.compiler.resolve_declaration(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
-    def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    def _names(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
             raise self.report_wrong_form(field, node, place)
         return tuple(self._name(field, item, place) for item in node.items)
 
-    def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+    def _list(self, field: Field, node: tree.Expression, place: EvaluationContext) -> VectorValue:
         if not isinstance(node, tree.List):
             raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
@@ -471,7 +492,7 @@ class Binder:
             self.within(field, item, place, number)
         return value
 
-    def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _value_object(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
         if field.kind == "element":
             return self._element(field, node, place)
         if isinstance(node, tree.Call):
@@ -481,11 +502,11 @@ class Binder:
             return word.cls() if word else self.compiler.resolve_declaration(node, field.kind, self.module, place).thing
         raise self.report_wrong_form(field, node, place)
 
-    def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _element(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
             raise place.record_error("E207", node.span, "expected an element, found a text", "a text",
-                             write(node.value, ", without quotes"))  # fmt: skip
+                             suggest_text(node.value, ", without quotes"))  # fmt: skip
         if not isinstance(node, tree.Name):
             raise self.report_wrong_form(field, node, place)
         if node.text in elements:

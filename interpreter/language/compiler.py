@@ -32,7 +32,7 @@ from softmark.interpreter.language.compiled_scene import (
     SceneError,
 )
 from softmark.interpreter.language.expectation_conditions import Expectations
-from softmark.interpreter.language.expression_evaluation import EvaluationError, Place, describe_expression
+from softmark.interpreter.language.expression_evaluation import EvaluationContext, EvaluationError, describe_expression
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.message_limit import BoundedDiagnostics
@@ -77,7 +77,7 @@ def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagn
 def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     diagnostics = BoundedDiagnostics()
     table = known.with_diagnostics(diagnostics)
-    added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
+    added = [replace(o, place=EvaluationContext(o.place.source, diagnostics)) for o in more]
     varied = tuple(o.text for o in more)
     texts = (*scene.overrides, *varied)
     given = parameter_overrides.read_overrides(scene.overrides, diagnostics) + added
@@ -179,7 +179,7 @@ def _remove_unknown_kinds(table: ModuleTable) -> None:
             del table.symbols[name]
 
 
-def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> None:
+def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: EvaluationContext) -> None:
     kinds = (*vocabulary, *STATEMENTS)
     if (present := renamed_words.KINDS.get(node.kind)) is not None:
         problem = f"`{node.kind}` is not a kind of declaration"
@@ -285,7 +285,9 @@ class Compiler:
         location, own = Location(module.source, node.span), Location(module.source, node.name_span)
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
-    def resolve_declaration(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
+    def resolve_declaration(
+        self, name: tree.Name, kind: str, module: Module, place: EvaluationContext, also: tuple[str, ...] = ()
+    ) -> Declared:
         """Return the declaration that a name refers to. Raises EvaluationError.
 
         It must be of `kind`, or of a kind in `also`.
@@ -298,20 +300,25 @@ class Compiler:
             if others:
                 hint = f"declared {field_schema.plural(kind)}: {field_schema.join_names(others)}"
             raise place.record_error(
-                "E213", name.span, f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
-                f"{field_schema.article(found)} {found}", hint,
-            )  # fmt: skip
+                "E213",
+                name.span,
+                f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
+                f"{field_schema.article(found)} {found}",
+                hint,
+            )
         full = module.prefix + name.text
         if full in self._open:
             self._report_circular_declaration(full, name, place)
         return self.declaration(full)
 
-    def _report_circular_declaration(self, full: str, name: tree.Name, place: Place) -> None:
+    def _report_circular_declaration(self, full: str, name: tree.Name, place: EvaluationContext) -> None:
         members = self._open[self._open.index(full) :]
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:
             problem = f"`{full}` refers to itself"
-        place.record_error("E210", name.span, problem, "closes the circle", "define one of these names with its own call")
+        place.record_error(
+            "E210", name.span, problem, "closes the circle", "define one of these names with its own call"
+        )
 
     # ------------------------------------------------------------------ expectations
 

@@ -75,8 +75,13 @@ def _read_comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
                 or f"both sides of `{operator}` must have the same dimension: give {due} in {units.usual_units(da)}",
             )  # fmt: skip
         if abs(da[0]) > HIGHEST:
-            raise evaluator.place.record_error("E218", node.span, "the powers of lengths in this comparison are too high",
-                                       units.dimension_name(da), f"compare powers up to {HIGHEST}")  # fmt: skip
+            raise evaluator.place.record_error(
+                "E218",
+                node.span,
+                "the powers of lengths in this comparison are too high",
+                units.dimension_name(da),
+                f"compare powers up to {HIGHEST}",
+            )
         steps.append(Condition.comparison(operator, a, b, da[0]))
     return _join_conditions(steps)
 

@@ -12,9 +12,9 @@ from softmark.grammar.diagnostic import Fix, Remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.expression_evaluation import (
+    EvaluationContext,
     EvaluationError,
     Evaluator,
-    Place,
     Quantity,
     Value,
     describe_expression,
@@ -22,7 +22,7 @@ from softmark.interpreter.language.expression_evaluation import (
 )
 from softmark.interpreter.language.scene_sources import Module
 from softmark.interpreter.language.scene_states import find_state_indices
-from softmark.interpreter.results.state_results import Moment, format_state
+from softmark.interpreter.results.state_results import TimeState, format_state
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Expectations:
             raise broken
 
     @property
-    def place(self) -> Place:
+    def place(self) -> EvaluationContext:
         """Text of the scene."""
         return self.module.place
 
@@ -105,7 +105,7 @@ class Expectations:
         if not states and (end := self._end_time()) is not None and name.text not in self.compiler.table.symbols:
             self._check_recorded_over_time(name, node, value, end)
             return found
-        timed = any(isinstance(state, Moment) for state in states)
+        timed = any(isinstance(state, TimeState) for state in states)
         if value.dimension != (units.TIME if timed else units.NONE):
             what, due = units.dimension_name(value.dimension), "a time" if timed else "a plain number"
             known = "a time: `.at(5 s)`" if timed else "a part of the whole: `.at(12.5 %)`"
@@ -113,15 +113,20 @@ class Expectations:
                                   f"give a state by its value, {known}")  # fmt: skip
         own = name.text in self.compiler.table.symbols
         if not own and self.compiler.declaration(name.parts[1]).thing.of_all_states:
-            raise self.place.record_error("E313", node.span, f"`{name.text}` is computed from all states", "not from one state",
-                                  "remove `.at(...)`")  # fmt: skip
+            raise self.place.record_error(
+                "E313",
+                node.span,
+                f"`{name.text}` is computed from all states",
+                "not from one state",
+                "remove `.at(...)`",
+            )
         if own or not states:
             problem = f"`{name.text}` has no states" if states else "the analysis has no states"
             raise self.place.record_error("E313", node.span, problem, "no states",
                                   "remove `.at(...)`, or add states to the analysis: `static(states = [5, 12.5] %)`",
                                   )  # fmt: skip
         if len(chosen := find_state_indices(states, value.value)) != 1:
-            shown = format_state(Moment(value.value) if timed else value.value)
+            shown = format_state(TimeState(value.value) if timed else value.value)
             listed = ", ".join(map(format_state, states))
             problem = f"the analysis has no state {shown}" if not chosen else f"the state {shown} occurs twice"
             raise self.place.record_error("E313", node.span, problem, "which state?", f"its states are {listed}")
@@ -153,8 +158,13 @@ class Expectations:
                                   "no time history", "remove `.at(...)`; only contact metrics without `over` "
                                                             "and `against` have a value at each time")  # fmt: skip
         if not 0.0 <= value.value <= end:
-            raise self.place.record_error("E313", node.span, f"the analysis has no time {format_state(Moment(value.value))}",
-                                  "after its end", f"it goes from 0 s to {format_state(Moment(end))}")  # fmt: skip
+            raise self.place.record_error(
+                "E313",
+                node.span,
+                f"the analysis has no time {format_state(TimeState(value.value))}",
+                "after its end",
+                f"it goes from 0 s to {format_state(TimeState(end))}",
+            )
 
     def _report_undotted_name(self, name: tree.Name, kind: str) -> EvaluationError:
         """Report a name without a dot that is not a parameter, and return the error."""

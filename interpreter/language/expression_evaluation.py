@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Second, Source, as_remedy, did_you_mean
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, SecondaryPlace, Source, as_remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language import field_schema, foreign_aliases, quotient_warnings, units
@@ -47,7 +47,7 @@ V = TypeVar("V", Quantity, VectorValue, Value)
 
 
 @dataclass
-class Place:
+class EvaluationContext:
     """Text that is being evaluated, and the list that collects its diagnostics."""
 
     source: Source
@@ -55,7 +55,7 @@ class Place:
 
     def record_error(
         self, code: str, span: Span, message: str, label: str = "", help: str | Remedy = "",
-        also: tuple[Second, ...] = (),
+        also: tuple[SecondaryPlace, ...] = (),
     ) -> EvaluationError:  # fmt: skip
         """Record an error and return it for the caller to raise."""
         remedy = as_remedy(help)
@@ -87,7 +87,7 @@ At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # (name before `.a
 class Evaluator:
     """Evaluator of expressions in one text; `lookup` resolves names, and raises EvaluationError for unknown ones."""
 
-    place: Place
+    place: EvaluationContext
     lookup: Lookup
     vocabulary: Vocabulary
     at: At | None = None  # evaluates `model.metric.at(12.5 %)` in expectations
@@ -160,7 +160,9 @@ class Evaluator:
         if any(map(math.isinf, value_components(value))):
             raise self.place.record_error("E219", span, "the number is too large", "numbers go up to 1.8e308")
         if any(abs(n) > HIGHEST for n in value.dimension):
-            raise self.place.record_error("E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}")
+            raise self.place.record_error(
+                "E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}"
+            )
         return value
 
     def _require_no_underflow(self, value: V, meant: bool, span: Span) -> V:

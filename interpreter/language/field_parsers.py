@@ -17,8 +17,8 @@ from softmark.interpreter.language.compiled_scene import is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.expression_evaluation import (
     COORDINATES,
+    EvaluationContext,
     EvaluationError,
-    Place,
     Quantity,
     VectorValue,
     describe_expression,
@@ -30,10 +30,10 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.call_binding import Binder, Bound
 
-Read = Callable[["Binder", Field, tree.Expression, Place], Any]
+Read = Callable[["Binder", Field, tree.Expression, EvaluationContext], Any]
 
 
-def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Quantity:
+def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> Quantity:
     """Parse a quantity of any dimension; validation checks the dimension later. Raises EvaluationError."""
     if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
         raise binder.report_wrong_form(field, node, place)
@@ -44,7 +44,7 @@ def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Pla
     return value
 
 
-def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> VectorValue:
     """Parse one amount, or a list of amounts of one dimension. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list", dimension=None), node, place)
@@ -55,19 +55,21 @@ def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Pl
     return VectorValue((one.value,), one.dimension)
 
 
-def parse_files(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+def parse_files(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[str, ...]:
     """Parse one file name or a list of them. Raises EvaluationError."""
     one = replace(field, form="file")
     return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
-def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[str, ...]:
     """Parse one text or a list of them. Raises EvaluationError."""
     one = replace(field, form="text")
     return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
-def parse_points(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, float], ...]:
+def parse_points(
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+) -> tuple[tuple[float, float], ...]:
     """Parse points of a plane. Raises EvaluationError.
 
     The unit behind the list applies to each point without a unit of its own.
@@ -78,7 +80,7 @@ def parse_points(binder: Binder, field: Field, node: tree.Expression, place: Pla
 
 
 def _parse_point(
-    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Place
+    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: EvaluationContext
 ) -> tuple[float, float]:
     item = _with_list_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
@@ -94,7 +96,9 @@ def _parse_point(
     return value.values[0], value.values[1]
 
 
-def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Sequence[tree.Expression]:
+def _parse_items(
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+) -> Sequence[tree.Expression]:
     """Return one item, or the items of a nonempty list without unit or duplicates. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         return (node,)
@@ -104,12 +108,16 @@ def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Pla
     for item in node.items:
         if isinstance(item, tree.String):
             if item.value in known:
-                raise place.record_error("E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them")
+                raise place.record_error(
+                    "E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them"
+                )
             known.add(item.value)
     return node.items
 
 
-def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, ...], ...]:
+def parse_vectors(
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+) -> tuple[tuple[float, ...], ...]:
     """Parse a list of vectors. Raises EvaluationError.
 
     The unit behind the bracket applies to all components without a unit.
@@ -124,7 +132,7 @@ def _with_list_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expre
     return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
 
 
-def parse_components(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
+def parse_components(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[int, ...]:
     """Parse one axis or a tuple of axes as their numbers, 0 to 2. Raises EvaluationError."""
     items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
     name = field.name
@@ -141,7 +149,7 @@ def parse_components(binder: Binder, field: Field, node: tree.Expression, place:
 
 
 def parse_integer_pairs(
-    binder: Binder, field: Field, node: tree.Expression, place: Place
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
 ) -> tuple[tuple[int, int], ...]:
     """Parse a list of pairs of whole numbers. Raises EvaluationError."""
     if not isinstance(node, tree.List) or node.unit is not None or not node.items:
@@ -155,7 +163,9 @@ def parse_integer_pairs(
     return tuple(found)
 
 
-def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+def parse_quantities(
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+) -> tuple[float, ...]:
     """Parse one quantity, or a list of them. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list"), node, place)
@@ -170,7 +180,7 @@ class DataFieldFinder:
     """Finder of data fields (values read from files) in the expressions of a declaration."""
 
     binder: Binder
-    place: Place
+    place: EvaluationContext
 
     def varies_in_space(self, node: tree.Expression) -> bool:
         """Return whether coordinates or data fields occur in an expression."""
@@ -197,7 +207,7 @@ class DataFieldFinder:
         return self.binder.compiler.resolve_declaration(part, "field", self.binder.module, self.place).thing
 
 
-def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
     """Parse a constant that varies in space; return None for a constant that does not. Raises EvaluationError."""
     fields = DataFieldFinder(binder, place)
     if not fields.varies_in_space(node):
@@ -209,7 +219,7 @@ def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Pl
     return found
 
 
-def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
     """Parse a fibre direction: a vector, three expressions of the coordinates, or a rule. Raises EvaluationError."""
     declared = DataFieldFinder(binder, place)
     if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.is_name_of_kind(node, "fibres")):

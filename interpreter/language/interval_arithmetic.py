@@ -20,7 +20,7 @@ Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Values:
+class ValueBounds:
     """Bounds (n,) of the values of an expression over n boxes.
 
     `may` (n,) is true where the value may be undefined somewhere in the box, `none` (n,) where it is undefined
@@ -32,11 +32,11 @@ class Values:
     may: Bools
     none: Bools
 
-    def binary_function_bounds(self, other: Values, low: Floats, high: Floats) -> Values:
+    def binary_function_bounds(self, other: ValueBounds, low: Floats, high: Floats) -> ValueBounds:
         """Return bounds `low` and `high` (n,) of a function of two values; it is undefined where one of them is."""
         return _make_bounds(low, high, self.may | other.may, self.none | other.none)
 
-    def partial_function_bounds(self, may: Bools, none: Bools, low: Floats, high: Floats) -> Values:
+    def partial_function_bounds(self, may: Bools, none: Bools, low: Floats, high: Floats) -> ValueBounds:
         """Return bounds `low` and `high` (n,) of a function that is undefined also outside its domain.
 
         The mask `may` (n,) is true where the value may lie outside the domain, `none` (n,) where it lies outside
@@ -61,7 +61,7 @@ class Values:
 FieldBounds = Callable[[Any, Floats, Floats], tuple[Floats, Floats]]  # (field, low, high) -> bounds (n,)
 
 
-def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds | None = None) -> Values:
+def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds | None = None) -> ValueBounds:
     """Return bounds of an expression over boxes from `low` to `high` (n, 3), m.
 
     `fields` returns bounds of data fields; if it is None, they are unbounded.
@@ -70,24 +70,24 @@ def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds 
         return _bound_node(node, low, high, fields)
 
 
-def _make_bounds(low: Floats, high: Floats, may: Bools, none: Bools) -> Values:
+def _make_bounds(low: Floats, high: Floats, may: Bools, none: Bools) -> ValueBounds:
     """Return bounds as Values, in which bounds that are nan become infinite."""
     odd = np.isnan(low) | np.isnan(high)
-    return Values(np.where(odd, -np.inf, low), np.where(odd, np.inf, high), may, none)
+    return ValueBounds(np.where(odd, -np.inf, low), np.where(odd, np.inf, high), may, none)
 
 
-def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) -> Values:
+def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) -> ValueBounds:
     nowhere = np.zeros(len(low), dtype=np.bool_)
     match node.do:
         case "number":
             value = np.full(len(low), float(node.value))
-            return Values(value, value, nowhere, nowhere)
+            return ValueBounds(value, value, nowhere, nowhere)
         case "axis":
-            return Values(low[:, node.value], high[:, node.value], nowhere, nowhere)
+            return ValueBounds(low[:, node.value], high[:, node.value], nowhere, nowhere)
         case "field" if fields is not None:
-            return Values(*fields(node.value, low, high), nowhere, nowhere)
+            return ValueBounds(*fields(node.value, low, high), nowhere, nowhere)
         case "field":
-            return Values(np.full(len(low), -np.inf), np.full(len(low), np.inf), ~nowhere, nowhere)
+            return ValueBounds(np.full(len(low), -np.inf), np.full(len(low), np.inf), ~nowhere, nowhere)
     parts = [_bound_node(part, low, high, fields) for part in node.parts]
     a, b = parts[0], parts[-1]
     match node.do:
@@ -96,7 +96,7 @@ def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | Non
         case "-":
             return a.binary_function_bounds(b, a.low - b.high, a.high - b.low)
         case "negated":
-            return Values(-a.high, -a.low, a.may, a.none)
+            return ValueBounds(-a.high, -a.low, a.may, a.none)
         case "*":
             return _bound_monotonic(a, b, np.multiply)
         case "/":
@@ -112,19 +112,19 @@ def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | Non
     return _bound_function(node.do, a)
 
 
-def _bound_monotonic(a: Values, b: Values, f: np.ufunc) -> Values:
+def _bound_monotonic(a: ValueBounds, b: ValueBounds, f: np.ufunc) -> ValueBounds:
     """Return bounds of a function f that is monotonic in each of its two arguments."""
     each = np.array([f(x, y) for x in (a.low, a.high) for y in (b.low, b.high)])
     return a.binary_function_bounds(b, each.min(axis=0), each.max(axis=0))
 
 
-def _bound_inverse(a: Values) -> Values:
+def _bound_inverse(a: ValueBounds) -> ValueBounds:
     through = (a.low <= 0.0) & (a.high >= 0.0)
     low, high = (np.where(through, s * np.inf, 1.0 / x) for s, x in ((-1.0, a.high), (1.0, a.low)))
     return a.partial_function_bounds(through, (a.low == 0.0) & (a.high == 0.0), low, high)
 
 
-def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
+def _bound_power(a: ValueBounds, b: ValueBounds, exponent: Node) -> ValueBounds:
     """Return bounds of a power, for whole exponents of any base and for other exponents of a nonnegative base."""
     n = exponent.value if exponent.do == "number" else None
     if n is not None and n == int(n):
@@ -133,22 +133,26 @@ def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
         each = np.array([a.low**n, a.high**n])
         low, high = each.min(axis=0), each.max(axis=0)
         through = (a.low < 0.0) & (a.high > 0.0)
-        return Values(np.where(through & (n % 2 == 0), 0.0, low), high, a.may, a.none)
+        return ValueBounds(np.where(through & (n % 2 == 0), 0.0, low), high, a.may, a.none)
     base = a.partial_function_bounds(a.low < 0.0, a.high < 0.0, np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))
     return _bound_monotonic(base, b, np.power)
 
 
-def _bound_function(name: str, a: Values) -> Values:
+def _bound_function(name: str, a: ValueBounds) -> ValueBounds:
     if name == "sqrt":
-        return a.partial_function_bounds(a.low < 0.0, a.high < 0.0, np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0)))
+        return a.partial_function_bounds(
+            a.low < 0.0, a.high < 0.0, np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0))
+        )
     if name == "log":
-        return a.partial_function_bounds(a.low <= 0.0, a.high <= 0.0, np.log(np.maximum(a.low, 0.0)), np.log(np.maximum(a.high, 0.0)))
+        return a.partial_function_bounds(
+            a.low <= 0.0, a.high <= 0.0, np.log(np.maximum(a.low, 0.0)), np.log(np.maximum(a.high, 0.0))
+        )
     if name == "exp":
-        return Values(np.exp(a.low), np.exp(a.high), a.may, a.none)
+        return ValueBounds(np.exp(a.low), np.exp(a.high), a.may, a.none)
     if name == "abs":
         ends = np.array([np.abs(a.low), np.abs(a.high)])
         low = np.where((a.low < 0.0) & (a.high > 0.0), 0.0, ends.min(axis=0))
-        return Values(low, ends.max(axis=0), a.may, a.none)
+        return ValueBounds(low, ends.max(axis=0), a.may, a.none)
     if name in ("sin", "cos"):
         return _bound_cosine(a, 0.5 * np.pi if name == "sin" else 0.0)
     pole = np.floor(a.high / np.pi - 0.5) > np.floor(a.low / np.pi - 0.5)  # tan
@@ -156,7 +160,7 @@ def _bound_function(name: str, a: Values) -> Values:
     return a.partial_function_bounds(pole, np.zeros_like(pole), low, high)
 
 
-def _bound_cosine(a: Values, late: float) -> Values:
+def _bound_cosine(a: ValueBounds, late: float) -> ValueBounds:
     """Return bounds of cos(a - late), which reach 1 or -1 if the interval contains an extremum."""
     low, high = (a.low - late) / (2.0 * np.pi), (a.high - late) / (2.0 * np.pi)
     ends = np.array([np.cos(2.0 * np.pi * low), np.cos(2.0 * np.pi * high)])

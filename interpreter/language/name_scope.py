@@ -12,7 +12,13 @@ from softmark.grammar.diagnostic import Remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Parameter, ReusableParts
-from softmark.interpreter.language.expression_evaluation import COORDINATES, EvaluationError, Evaluator, Place, Value
+from softmark.interpreter.language.expression_evaluation import (
+    COORDINATES,
+    EvaluationContext,
+    EvaluationError,
+    Evaluator,
+    Value,
+)
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
 
@@ -77,12 +83,12 @@ class Scope:
                     waiting.append(name)
         return found
 
-    def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
+    def evaluator(self, module: Module, place: EvaluationContext | None = None) -> Evaluator:
         """Return the evaluator of expressions in a module's text; `place` is the text of an override, if any."""
         where = place or module.place
         return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
 
-    def lookup(self, name: tree.Name, module: Module, place: Place) -> Value:
+    def lookup(self, name: tree.Name, module: Module, place: EvaluationContext) -> Value:
         """Return the value of a parameter. Raises EvaluationError."""
         symbol = self.resolve(name, module, place)
         if isinstance(symbol.node, tree.Declare):
@@ -97,7 +103,7 @@ class Scope:
             raise EvaluationError
         return parameter.value
 
-    def resolve(self, name: tree.Name, module: Module, place: Place, kind: str = "") -> Symbol:
+    def resolve(self, name: tree.Name, module: Module, place: EvaluationContext, kind: str = "") -> Symbol:
         """Return the symbol that a name refers to; `kind` is the expected kind. Raises EvaluationError."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)

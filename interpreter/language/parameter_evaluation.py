@@ -11,8 +11,8 @@ from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Location, Parameter
 from softmark.interpreter.language.expression_evaluation import (
+    EvaluationContext,
     EvaluationError,
-    Place,
     Value,
     describe_value,
     value_components,
@@ -77,7 +77,7 @@ class _Order:
                 path.append((need.full, self._find_dependencies(need.full)))
                 entered.add(need.full)
 
-    def _find_dependencies(self, full: str) -> Iterator[_Need]:
+    def _find_dependencies(self, full: str) -> Iterator[_ParameterDependency]:
         symbol = self.scope.table.symbols[full]
         texts = [(e, symbol.module.place) for e in tree.expressions(symbol.node)]
         if full in self.replaced:
@@ -86,9 +86,9 @@ class _Order:
             for name in _names_in_expression(expression):
                 known = self.scope.table.symbols.get(symbol.module.prefix + name.text)
                 if known is not None and isinstance(known.node, tree.Param):
-                    yield _Need(symbol.module.prefix + name.text, name.span, place)
+                    yield _ParameterDependency(symbol.module.prefix + name.text, name.span, place)
 
-    def _report_circular_parameters(self, path: list[str], need: _Need) -> None:
+    def _report_circular_parameters(self, path: list[str], need: _ParameterDependency) -> None:
         members = path[path.index(need.full) :]
         if self.circular.isdisjoint(members):
             shown = [*members, need.full]
@@ -108,12 +108,12 @@ class _Order:
 
 
 @dataclass(frozen=True)
-class _Need:
+class _ParameterDependency:
     """Dependency of a parameter on another parameter, with its place in the text."""
 
     full: str
     span: tree.Span
-    place: Place
+    place: EvaluationContext
 
 
 def _names_in_expression(expression: tree.Expression) -> list[tree.Name]:
@@ -150,7 +150,7 @@ class _Evaluation:
         location = Location(place.source, node.span)
         return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
-    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
+    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: EvaluationContext) -> None:
         if new.dimension == value.dimension and len(value_components(new)) == len(value_components(value)):
             return
         found, due = describe_value(new), describe_value(value)
@@ -183,7 +183,7 @@ class _Evaluation:
         return field_schema.Interval(ends[0], ends[1], False, False)
 
     def _check_range(
-        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: Place
+        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: EvaluationContext
     ) -> None:
         outside = [v for v in value_components(value) if interval is not None and v not in interval]
         if interval is None or not outside:

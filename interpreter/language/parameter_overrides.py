@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source, did_you_mean, make_e
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import field_schema
-from softmark.interpreter.language.expression_evaluation import Place
+from softmark.interpreter.language.expression_evaluation import EvaluationContext
 from softmark.interpreter.language.scene_sources import ModuleTable
 from softmark.records import dataclass
 
@@ -23,7 +23,7 @@ class Override:
 
     name: str
     node: tree.Expression
-    place: Place
+    place: EvaluationContext
     name_span: tree.Span
     written: str = "-p {}=VALUE"
     text: str = ""
@@ -43,12 +43,14 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
     """Parse `NAME=VALUE` as an override; return None, with the error in the list, if it cannot be parsed."""
     text = make_encodable(text)
     shown = Source(f"{option} {text}", text)
-    place = Place(shown, diagnostics)
+    place = EvaluationContext(shown, diagnostics)
     name, equals, value = text.partition("=")
     span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
     if not equals or not name.strip():
         missing = "`=` and a value are missing" if not equals else "the name is missing"
-        place.record_error("E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
+        place.record_error(
+            "E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`"
+        )
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))

@@ -20,7 +20,7 @@ from softmark.interpreter.language.spatial_profiles import Node, Profile, consta
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 
-class Fields(Protocol):
+class DataFieldAccess(Protocol):
     """Protocol for access to the data fields (values read from files) in an expression."""
 
     def varies_in_space(self, node: tree.Expression) -> bool:
@@ -33,7 +33,7 @@ class Fields(Protocol):
         """Return the data field that a part of an expression refers to. Raises EvaluationError."""
 
 
-def read_profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Field) -> Profile:
+def read_profile(node: tree.Expression, evaluator: Evaluator, fields: DataFieldAccess, of: Field) -> Profile:
     """Return the spatial profile of an expression for the field `of`. Raises EvaluationError.
 
     Its values are in SI units of the expression's dimension.
@@ -47,7 +47,7 @@ def read_profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of
 class Reader:
     """Converter of one expression to profile nodes with their dimensions; `values` are those of its parameters."""
 
-    def __init__(self, evaluator: Evaluator, fields: Fields) -> None:
+    def __init__(self, evaluator: Evaluator, fields: DataFieldAccess) -> None:
         self.evaluator, self.fields = evaluator, fields
         self.values: dict[str, str] = {}
 

@@ -12,7 +12,7 @@ from softmark.interpreter.language import units
 RULE = "a unit applies only to the number in front of it"
 
 
-class Valued(Protocol):
+class NamedExpression(Protocol):
     """Protocol of a parameter: its name, and the expression from which its value was computed."""
 
     @property
@@ -23,7 +23,7 @@ class Valued(Protocol):
 
 
 def suggest_quotient(
-    node: tree.Expression, text: str, given: units.Dimension, due: units.Dimension, named: Valued | None = None
+    node: tree.Expression, text: str, given: units.Dimension, due: units.Dimension, named: NamedExpression | None = None
 ) -> Remedy | None:
     """Return the remedy for a quotient whose dimension is the inverse of the expected one, `due`; else None.
 

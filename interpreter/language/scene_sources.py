@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse
 from softmark.grammar.tree import Span
-from softmark.interpreter.language.expression_evaluation import PREDEFINED, Place
+from softmark.interpreter.language.expression_evaluation import PREDEFINED, EvaluationContext
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.records import dataclass
 from softmark.safe_files import open_regular
@@ -35,7 +35,7 @@ class Module:
     tree: tree.Tree
     folder: Path
     prefix: str  # "" or "tissue."
-    place: Place
+    place: EvaluationContext
     file: Path | None = None
 
 
@@ -69,7 +69,7 @@ class ModuleTable:
 
     def with_diagnostics(self, diagnostics: list[Diagnostic]) -> ModuleTable:
         """Return the parsed texts with a new list of diagnostics, to be compiled again."""
-        modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
+        modules = {id(m): replace(m, place=EvaluationContext(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
         aliases, broken = dict(self.aliases), set(self.broken)
         return ModuleTable(self.vocabulary, list(modules.values()), symbols, aliases, broken, self.size, self.listed)
@@ -194,7 +194,7 @@ def load_modules(
 ) -> None:
     """Fill in the table with all names of a scene and of the scenes that it uses."""
     if len(source.text) > LARGEST:
-        table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
+        table.modules.append(Module(source, tree.Tree(()), folder, "", EvaluationContext(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
         table.modules[0].place.record_error(
             "E401", Span(0, 0, 1, 1, 1, 1), problem, help="keep meshes in files of their own: scenes are small texts"
@@ -204,7 +204,9 @@ def load_modules(
     main = table.modules[0]
     if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
         start = Span(0, 0, 1, 1, 1, 1)
-        main.place.record_error("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
+        main.place.record_error(
+            "E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from"
+        )
 
 
 def _load_module(
@@ -212,7 +214,7 @@ def _load_module(
     chain: tuple[Path, ...], diagnostics: list[Diagnostic],
 ) -> None:  # fmt: skip
     syntax, problems = parse(source)
-    module = Module(source, syntax, folder, prefix, Place(source, diagnostics), file)
+    module = Module(source, syntax, folder, prefix, EvaluationContext(source, diagnostics), file)
     table.modules.append(module)
     table.size += len(source.text)
     diagnostics.extend(problems)

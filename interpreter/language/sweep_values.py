@@ -6,11 +6,11 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from softmark.grammar import source_layout, tree
-from softmark.grammar.diagnostic import write
+from softmark.grammar.diagnostic import suggest_text
 from softmark.grammar.tree import Expression, Span
 from softmark.interpreter.language import parameter_overrides, units
 from softmark.interpreter.language.compiled_scene import Location
-from softmark.interpreter.language.expression_evaluation import EvaluationError, Place
+from softmark.interpreter.language.expression_evaluation import EvaluationContext, EvaluationError
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.records import dataclass
 
@@ -40,7 +40,7 @@ class Variant:
 
 
 def read_sweep_target(
-    binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = ""
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext, written: str = ""
 ) -> SweepTarget:
     """Parse the target of a sweep; `written` is how the user writes the study, for messages. Raises EvaluationError."""
     if not isinstance(node, tree.Name):
@@ -56,11 +56,19 @@ def read_sweep_target(
     return SweepTarget(full, node.span)
 
 
-def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
+def read_sweep_targets(
+    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+) -> tuple[SweepTarget, ...]:
     """Parse the parameters that a robustness study varies. Raises EvaluationError after checking all of them."""
     if not isinstance(node, tree.List) or node.unit is not None:
-        help = write(f"[{source_layout.format_on_one_line(node)}]") if isinstance(node, tree.Name) else field.meaning
-        raise place.record_error("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
+        help = (
+            suggest_text(f"[{source_layout.format_on_one_line(node)}]")
+            if isinstance(node, tree.Name)
+            else field.meaning
+        )
+        raise place.record_error(
+            "E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help
+        )
     if not node.items:
         raise place.record_error("E512", node.span, "the study varies nothing", "an empty list",
                          "name what to vary, or remove `over`, which varies every number")  # fmt: skip
@@ -70,20 +78,24 @@ def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, plac
     return tuple(t for t in found if t is not None)
 
 
-def _read_robustness_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
+def _read_robustness_target(
+    binder: Binder, field: Field, item: tree.Expression, place: EvaluationContext
+) -> SweepTarget | None:
     try:
         return read_sweep_target(binder, field, item, place, "robustness(over = [{}])")
     except EvaluationError:
         return None
 
 
-def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
+def read_variants(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[Variant, ...]:
     """Parse the values of a sweep; the unit behind the bracket is added to each. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         help = f"write `[{source_layout.format_on_one_line(node)}, ...]`"
         raise place.record_error("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
     if not node.items:
-        raise place.record_error("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
+        raise place.record_error(
+            "E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`"
+        )
     names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
     table = binder.compiler.table
     for name in names:
@@ -99,14 +111,16 @@ def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Pl
     return known[1]
 
 
-def _read_sweep_value(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:
+def _read_sweep_value(
+    binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: EvaluationContext
+) -> Variant:
     whole = item
     if unit is not None and _is_number_without_unit(binder, item, place):
         whole = with_unit(item, unit)
     return Variant(source_layout.format_on_one_line(whole), whole, Location(place.source, item.span))
 
 
-def _is_number_without_unit(binder: Binder, item: tree.Expression, place: Place) -> bool:
+def _is_number_without_unit(binder: Binder, item: tree.Expression, place: EvaluationContext) -> bool:
     """Return whether a value in a list with a unit is a number without a unit of its own.
 
     Raises EvaluationError if it is not a number.

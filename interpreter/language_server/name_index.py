@@ -34,7 +34,7 @@ class Target:
     @property
     def key(self) -> tuple[object, str]:
         """Key that all names of one object share: its text, and its name in that text."""
-        return text_of(self.module), self.name
+        return text_identity(self.module), self.name
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Occurrence:
     declares: bool = False
 
 
-def text_of(module: Module) -> object:
+def text_identity(module: Module) -> object:
     """Return the identity of a text: its file, or its name if it has no file."""
     return _resolve_path(module.file) if module.file else module.source.name
 
@@ -80,7 +80,7 @@ def uses(document: Document, target: Target) -> Iterator[Occurrence]:
     seen: set[tuple[object, int]] = set()
     for module in document.table.modules:
         for one in occurrences(document.table, module):
-            place = text_of(module), one.span.start
+            place = text_identity(module), one.span.start
             if one.target.key == target.key and place not in seen:
                 seen.add(place)
                 yield one

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lsprotocol import types
 
-from softmark.grammar.diagnostic import Diagnostic, Second, make_encodable
+from softmark.grammar.diagnostic import Diagnostic, SecondaryPlace, make_encodable
 from softmark.interpreter.help import codes as known_codes
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
@@ -29,7 +29,7 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
     remarks = [found.message, *([f"help: {found.help}"] if found.help else []), *(f"note: {n}" for n in found.notes)]
     also = list(found.also)
     if not here and found.source is not None and found.span is not None:
-        also.insert(0, Second(found.source, found.span, found.label or found.message))
+        also.insert(0, SecondaryPlace(found.source, found.span, found.label or found.message))
     return types.Diagnostic(
         document.range(found.span) if here and found.span else START,
         make_encodable("\n".join(remarks)),
@@ -45,11 +45,11 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
 
 def _documentation_link(code: str) -> types.CodeDescription | None:
     """Return a link to the documentation page of a message code, as a file; None if it has no page."""
-    return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in codes() else None
+    return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in documented_codes() else None
 
 
 @cache
-def codes() -> frozenset[str]:
+def documented_codes() -> frozenset[str]:
     """Return the message codes that have a documentation page."""
     return frozenset(file.stem for file in PAGES.glob("*.md"))
 
@@ -58,7 +58,7 @@ def _is_own_source(document: Document, source: object) -> bool:
     return source is None or source is document.source or source == document.source
 
 
-def _related(document: Document, second: Second) -> types.DiagnosticRelatedInformation:
+def _related(document: Document, second: SecondaryPlace) -> types.DiagnosticRelatedInformation:
     """Convert a secondary place of a message."""
     if _is_own_source(document, second.source):
         uri, at = document.uri, document.range(second.span)

@@ -112,7 +112,7 @@ def _sort_by_x(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True)
-class Loop:
+class HysteresisLoop:
     """Loading and unloading curves y (n,) over the same increasing x (n,), on the range that both cover.
 
     `turn` is the index of the point at which the original curve turns back. `ends` are the ends of the range.
@@ -136,7 +136,7 @@ class Loop:
             raise Undefined("the work of loading is zero, so there is no lost share")
         return 1.0 - unloading / loading
 
-    def within(self, low: float, high: float) -> Loop:
+    def within(self, low: float, high: float) -> HysteresisLoop:
         """Return the part of the loop between two values of x."""
         return replace(
             self,
@@ -146,7 +146,7 @@ class Loop:
         )
 
 
-def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> Loop:
+def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> HysteresisLoop:
     """Return the loading and unloading branches of a curve, split at the point farthest from its start.
 
     Raises Undefined for a curve that does not turn back exactly once.
@@ -165,7 +165,9 @@ def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> Loop:
     low, high = max(there[0][0], back[0][0]), min(there[0][-1], back[0][-1])
     if not low < high:
         raise Undefined(f"the loading and unloading paths do not overlap: they meet only at {high:.4g} {unit}")
-    return Loop(_cut_to_range(*there, low, high), _cut_to_range(*back, low, high), turn, (float(low), float(high)))
+    return HysteresisLoop(
+        _cut_to_range(*there, low, high), _cut_to_range(*back, low, high), turn, (float(low), float(high))
+    )
 
 
 def _cut_to_range(x: Floats, y: Floats, low: float, high: float) -> tuple[Floats, Floats]:

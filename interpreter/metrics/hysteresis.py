@@ -14,7 +14,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.curve_geometry import Curve, Loop
+    from softmark.interpreter.metrics.curve_geometry import Curve, HysteresisLoop
     from softmark.interpreter.metrics.measurement import Floats, MetricInput
 else:
     from softmark.solvers.runtime.lazy_modules import np
@@ -67,7 +67,7 @@ class Hysteresis(CurveMetric):
         return self._compare_with_measured_loop(loop, seen.known.curve, details, seen.curve)
 
     def _compare_with_measured_loop(
-        self, loop: Loop, reference: Curve, details: dict[str, float], course: MetricCurve
+        self, loop: HysteresisLoop, reference: Curve, details: dict[str, float], course: MetricCurve
     ) -> Measurement:
         """Return the difference of the lost fraction from that of a measured loop, on the measured range.
 
@@ -101,7 +101,7 @@ class Hysteresis(CurveMetric):
         }
 
 
-def _estimate_chord_error(course: MetricCurve, loop: Loop) -> float:
+def _estimate_chord_error(course: MetricCurve, loop: HysteresisLoop) -> float:
     """Return an estimate of the error due to straight lines between states.
 
     It is a third of the change of the lost fraction when every second state is left out, because the error falls with
@@ -123,7 +123,7 @@ def _steepest_slopes(course: MetricCurve) -> Floats:
     return np.asarray(np.maximum(before, after))
 
 
-def _bound_fraction_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
+def _bound_fraction_change(course: MetricCurve, loop: HysteresisLoop, off: Floats, shared: bool) -> float:
     """Return a bound of the change of the lost fraction of work if values have errors up to `off` (n,).
 
     If the works of loading W and of unloading U have errors up to w and u, the bound is (u + |U / W| w) / (|W| - w). If

@@ -91,7 +91,7 @@ def reuse_everything(works: Sequence[StateRun]) -> bool:
         for work in works:
             reuse_solved_model(work, name)
     for work in works:
-        record_doubts(work, work.models)
+        record_accuracy_warnings(work, work.models)
     return True
 
 
@@ -100,7 +100,7 @@ def _repeat_warnings(work: StateRun, told: Sequence[WarningGroup]) -> None:
         work.warn(one.found, one.here, one.once)
 
 
-def record_doubts(work: StateRun, names: Iterable[str]) -> None:
+def record_accuracy_warnings(work: StateRun, names: Iterable[str]) -> None:
     """Record for each model the codes of accuracy warnings that concern it, before it states its errors.
 
     Warnings about shared objects, such as a support, concern all models, whichever of them gave the warning first. A

@@ -19,7 +19,7 @@ from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.postprocessing.mesh_stress import add_stress
 from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.models.shared import interaction_setup
-from softmark.interpreter.models.shared.material_regions import cell_constants, material_report
+from softmark.interpreter.models.shared.material_regions import cell_means_function, material_report
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.pipeline import cached_results, probe_sampling
 from softmark.interpreter.pipeline.run_state import StateRun
@@ -55,7 +55,7 @@ def prepare_models(work: StateRun) -> None:
         try:
             prepared, spent = prepared_model(declared, case, workshop)
             work.prepared[name] = (prepared, *spent)
-            probe_sampling.require_inside(work, case.body.name, prepared)
+            probe_sampling.require_probes_inside(work, case.body.name, prepared)
         except Fault as error:
             faults.append(error.diagnostic)
         else:
@@ -138,7 +138,7 @@ def solve_model(work: StateRun, name: str) -> None:
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
                                     contacts=contact_results(case, prepared, rest, solution.facts),
                                     stress=solution.stress if solution.mesh and asks_for_stress(work.scene) else None,
-                                    constants=cell_constants(case, solution.mesh))  # fmt: skip
+                                    constants=cell_means_function(case, solution.mesh))  # fmt: skip
 
 
 def contact_results(
@@ -204,9 +204,9 @@ def _mesh_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
     """
     if case.shape.skin is None or prepared.mesh is None:
         return {}
-    from softmark.interpreter.models.shared.mesh_notes import space_facts
+    from softmark.interpreter.models.shared.mesh_notes import volume_and_area_facts
 
-    return space_facts(case.shape, prepared.mesh)
+    return volume_and_area_facts(case.shape, prepared.mesh)
 
 
 def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
@@ -268,7 +268,7 @@ def _compile_kernels(work: StateRun, name: str, prepared: Prepared) -> None:
         say("compiled", f"compiling kernels: {kernels.count_compiled() - before}, {time.perf_counter() - begin:.0f} s")
 
 
-def state_errors(work: StateRun, names: Iterable[str]) -> None:
+def estimate_model_errors(work: StateRun, names: Iterable[str]) -> None:
     """Estimate the errors of models and store them in their results.
 
     Models in the option `stated` do so at additional cost. With the option `free`, other models state errors that cost

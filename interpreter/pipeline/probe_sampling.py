@@ -31,7 +31,7 @@ def place_probes(work: StateRun) -> None:
         raise SceneError(list(dict.fromkeys(faults)))
 
 
-def require_inside(work: StateRun, body: str, prepared: Prepared) -> None:
+def require_probes_inside(work: StateRun, body: str, prepared: Prepared) -> None:
     """Refuse probes outside a mesh that was read from a file (generated shapes are checked exactly). Raises Fault."""
     for probe in work.probes(body):
         if probe.thing.stations is None:

@@ -21,11 +21,11 @@ from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.probe_points import facts_of, is_finite_probe, scan_surface, zero_below_error
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.problem.theory_dispatch import (
-    at_rest_of,
     doubt_of_theory,
     facts_of_theory,
     solve_theory,
     stress_of,
+    theory_forces,
 )
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.reaction_results import EquilibriumForces
@@ -137,7 +137,7 @@ def _solve_reference(work: StateRun, declared: Declared) -> None:
             return
         case = work.case(declared)
         found = work.options.recall(work.scene, declared, lambda: solve_theory(declared, case))
-        error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
+        error, rest = float(found.estimated_error), theory_forces(declared, case, found)
         more = TheoryResults(rest, stress_of(declared, found), doubt_of_theory(declared, found))
         facts = facts_of_theory(declared, found)
         displacement = (

@@ -13,12 +13,12 @@ import numpy as np
 
 from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
 from softmark.interpreter.problem.data_sets import download_shape
-from softmark.interpreter.problem.rigid_surfaces import section, surface_in_space
+from softmark.interpreter.problem.rigid_surfaces import extruded_plane_section, surface_in_space
 from softmark.interpreter.results.run_report import DrawnRigidBody, DrawnSurface
 from softmark.solvers.contact.rigid_transform import RigidMotion
 
 if TYPE_CHECKING:
-    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.problem.body_case import Case, RigidBodyContact
     from softmark.solvers.mesh.mesh import Floats
 
 
@@ -33,12 +33,14 @@ def drawn_rigid_bodies(
     return tuple(_draw_rigid_body(case, touch, body, (flights or {}).get(name)) for name, touch in own.items())
 
 
-def _draw_rigid_body(case: Case, touch: Touch, body: DrawnSurface, flight: Mapping[str, Any] | None) -> DrawnRigidBody:
+def _draw_rigid_body(
+    case: Case, touch: RigidBodyContact, body: DrawnSurface, flight: Mapping[str, Any] | None
+) -> DrawnRigidBody:
     shape = download_shape(touch.rigid.thing.shape, touch.rigid.at("shape"))
     X, triangles = surface_in_space(shape, body.position)
     if case.planar:
         span = float(body.position[:, 2].min()), float(body.position[:, 2].max())
-        X, triangles = section(X, triangles, shape, span, case.planar == "axisymmetric")
+        X, triangles = extruded_plane_section(X, triangles, shape, span, case.planar == "axisymmetric")
     turns, shifts = (
         _free_body_motion(flight, body.times) if flight and touch.along is None else _support_motion(touch, body)
     )
@@ -59,14 +61,14 @@ def _free_body_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[
     return turns, places - turns @ middle[0]
 
 
-def _support_motion(touch: Touch, body: DrawnSurface) -> tuple[Floats, Floats]:
+def _support_motion(touch: RigidBodyContact, body: DrawnSurface) -> tuple[Floats, Floats]:
     """Return rotations (t, 3, 3) and translations (t, 3), m, of a rigid body moved by supports, for each frame."""
     poses = [pose_at(touch, share) or RigidMotion() for share in _motion_fractions(touch, body)]
     turns = np.stack([np.eye(3) if pose.rotation_matrix is None else pose.rotation_matrix for pose in poses])
     return turns, np.concatenate([pose.moved(np.zeros((1, 3))) for pose in poses])
 
 
-def _motion_fractions(touch: Touch, body: DrawnSurface) -> Sequence[float]:
+def _motion_fractions(touch: RigidBodyContact, body: DrawnSurface) -> Sequence[float]:
     """Return the completed fraction of a rigid body's prescribed motion in every frame; 1 in a static state."""
     if body.times is None:
         return (1.0,)

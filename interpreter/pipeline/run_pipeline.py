@@ -55,8 +55,8 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
             options.keep(report_assembly.unfinished_report(works))  # metrics so far; written by the report package
         for work in works:
             reference_runs.compute_model_references(work)  # references that depend on models
-            cached_results.record_doubts(work, work.models)
-            model_runs.state_errors(work, work.models)  # verification: errors that models state
+            cached_results.record_accuracy_warnings(work, work.models)
+            model_runs.estimate_model_errors(work, work.models)  # verification: errors that models state
     report = report_assembly.finished_report(works)  # metrics and verification: measure, draw, judge expectations
     cached_results.save_results(works, keeper)
     return report
@@ -69,8 +69,8 @@ def _save_slow_model_early(works: Sequence[StateRun], name: str, keeper: RunCach
     from softmark.interpreter.pipeline import cached_results, model_runs, report_assembly
 
     for work in works:
-        cached_results.record_doubts(work, (name,))
-        model_runs.state_errors(work, (name,))
+        cached_results.record_accuracy_warnings(work, (name,))
+        model_runs.estimate_model_errors(work, (name,))
     report_assembly.measure_model(works, name)
     keeper.keep_early(works, name)
 

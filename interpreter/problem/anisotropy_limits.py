@@ -42,7 +42,7 @@ def has_directed_material(case: Case) -> bool:
     return any(is_directed(material) for material in case.materials)
 
 
-def materials(scene: Scene) -> Iterator[Diagnostic]:
+def check_fiber_materials(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of materials with fibre directions in a scene.
 
     They are viscoelastic laws with fibres, laws without the directions that they need, and muscle whose passive law
@@ -113,7 +113,7 @@ def _check_muscle(declared: Declared) -> Iterator[Diagnostic]:
         )
 
 
-def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def check_fiber_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of models that would ignore fibre directions, and of muscle in analyses that do not support it."""
     thing, body = declared.thing, case.body.name
     if not getattr(thing, "supports_anisotropy", False):
@@ -182,7 +182,7 @@ def _check_symmetry(case: Case) -> Diagnostic | None:
     for material in {id(m): m for m in (case.material, *case.materials)}.values():
         if is_directed(material) and not material.thin and not _is_unknown_without_mesh(material):
             try:
-                must_be_mirrored(replace(case, other_material=material), np.zeros((1, 1, 3)))
+                require_symmetric_fibers(replace(case, other_material=material), np.zeros((1, 1, 3)))
             except Fault as refused:
                 return refused.diagnostic
     return None
@@ -237,7 +237,7 @@ def _is_in_plane(material: Any) -> bool:
     return True
 
 
-def must_be_mirrored(case: Case, X: Floats) -> None:
+def require_symmetric_fibers(case: Case, X: Floats) -> None:
     """Check that fibres at points X (m, q, 3), m, are symmetric about each symmetry plane. Raises Fault.
 
     Half a body can represent the whole only if they are.

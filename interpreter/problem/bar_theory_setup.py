@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
+from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -62,7 +62,7 @@ def _held_end(case: Case) -> int:
             raise NotApplicable(f"the support `{support.name}` moves the body", REMEDY)
         if all(free):
             continue  # without lateral contraction nothing moves across
-        if (end := end_of(thing.where, shape)) is None:
+        if (end := single_selected_end(thing.where, shape)) is None:
             raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
         found.add(end)
     if len(found) != 1:
@@ -76,7 +76,7 @@ def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
     for load in case.loads:
         match load.thing.action:
             case SurfaceTraction(where=where, traction=traction):
-                if end_of(where, case.prism) != free:
+                if single_selected_end(where, case.prism) != free:
                     raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole free end", REMEDY)
                 force += _component(load, traction, axis)
             case BodyForce(acceleration=g):

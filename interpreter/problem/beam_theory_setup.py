@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
+from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, NotApplicable, Rectangle, Ring
@@ -48,7 +48,7 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
         if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
             raise NotApplicable(f"the support `{support.name}` is not a clamp",
                           "use `fixed(body, where = ...)` with all components")  # fmt: skip
-        if (end := end_of(support.thing.where, shape)) is None:
+        if (end := single_selected_end(support.thing.where, shape)) is None:
             raise NotApplicable(f"the support `{support.name}` does not clamp exactly one end face",
                           "hold one end only, as in `where = x <= 0 mm`")  # fmt: skip
         clamped.append(end)

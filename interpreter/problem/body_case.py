@@ -35,7 +35,7 @@ def fault(code: str, at: Location, message: str, label: str = "", help: str | Re
 
 
 @dataclass(frozen=True)
-class Touch:
+class RigidBodyContact:
     """Contact of a body with a rigid body, and the supports and loads of the rigid body, in scene order.
 
     `along` is the direction, 0 to 2, in which loads may press the rigid body in statics, or None. `force_travel`, m, is
@@ -82,7 +82,7 @@ class Case:
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     groups: tuple[Declared, ...] = ()  # regions defined by named groups of a mesh file
     beds: tuple[Declared, ...] = ()  # elastic foundations and rigid plates: supports that fix no point
-    contacts: tuple[Touch, ...] = ()  # contacts with rigid bodies
+    contacts: tuple[RigidBodyContact, ...] = ()  # contacts with rigid bodies
     pairs: tuple[Declared, ...] = ()  # self-contacts and ties
     drains: tuple[Declared, ...] = ()  # supports that prescribe a pore pressure; they fix no point
     wide: bool = False  # True: supports hold all partly selected cells and facets (error estimate)
@@ -256,9 +256,9 @@ def _build_case(scene: Scene, body: str) -> Case:
     )
 
 
-def _build_contact(scene: Scene, contact: Declared) -> Touch:
+def _build_contact(scene: Scene, contact: Declared) -> RigidBodyContact:
     name = contact.thing.rigid
-    found = Touch(contact, scene.declared[name], scene.acting("support", name), scene.acting("load", name))
+    found = RigidBodyContact(contact, scene.declared[name], scene.acting("support", name), scene.acting("load", name))
     if not is_force_driven(scene, found.rigid):
         return found
     left = free_directions(scene, found.rigid, scene.declared[contact.thing.body])

@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.cross_section_coverage import ends_of
+from softmark.interpreter.problem.cross_section_coverage import selected_end_faces
 from softmark.records import dataclass
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
@@ -33,7 +33,7 @@ class BoxAlongAxis(Box):
 
 
 @dataclass(frozen=True)
-class Rectangular:
+class BoxBody:
     """Box, or rectangle treated as a slice of a box.
 
     `turns` is true if the rectangle is the half section of a body of revolution.
@@ -81,7 +81,7 @@ class Rectangular:
         The result is empty if the condition selects a part of a face, or anything else.
         """
         x, y, z = (self.size(a) for a in range(3))
-        return ends_of(condition, BoxAlongAxis((x, y, z), self.low, axis))
+        return selected_end_faces(condition, BoxAlongAxis((x, y, z), self.low, axis))
 
     def is_wholly_selected(self, condition: Condition) -> bool:
         """Return whether a condition selects the whole body."""
@@ -89,7 +89,7 @@ class Rectangular:
 
 
 @dataclass(frozen=True)
-class Round:
+class CylinderBody:
     """Full cylinder, whose two ends are its faces; methods ignore the given axis."""
 
     shape: Cylinder
@@ -117,7 +117,7 @@ class Round:
 
     def selected_faces(self, condition: Condition, axis: int) -> set[int]:
         """Return the ends of the cylinder that a condition selects; 0 is the root."""
-        return ends_of(condition, self.shape)
+        return selected_end_faces(condition, self.shape)
 
     def around(self, condition: Condition) -> bool:
         """Return whether a condition on the distance from the axis selects exactly the curved side."""
@@ -153,19 +153,19 @@ class Round:
         return x, y, z
 
 
-def rectangular(case: Case) -> Rectangular | None:
+def box_body_of_case(case: Case) -> BoxBody | None:
     """Return the box of a case, or the rectangle of a plane one; None for any other body."""
-    return rectangle(case.shape, case.body.thing.thickness if case.planar else 0.0, bool(case.depth))
+    return box_body_of_shape(case.shape, case.body.thing.thickness if case.planar else 0.0, bool(case.depth))
 
 
-def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
+def box_body_of_shape(shape: Any, thickness: float, turns: bool) -> BoxBody | None:
     """Return a box or an upright rectangle as a Rectangular; None for any other shape.
 
     A rectangle becomes a slice of the given `thickness`, m. `turns` is true if it is the half section of a body
     revolved about y.
     """
     if isinstance(shape, Box):
-        return Rectangular(*shape.bounds)
+        return BoxBody(*shape.bounds)
     if isinstance(shape, Slice) and isinstance(shape.region, Quadrilateral):
         corners = [
             (c[0], c[1]) for c in (shape.region.first, shape.region.second, shape.region.third, shape.region.fourth)
@@ -177,15 +177,15 @@ def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
             for x, y in corners
         )
         if straight:
-            return Rectangular((left, below, -0.5 * thickness), (right, above, 0.5 * thickness), True, turns)
+            return BoxBody((left, below, -0.5 * thickness), (right, above, 0.5 * thickness), True, turns)
     return None
 
 
-def solid_body(case: Case) -> Rectangular | Round:
+def box_or_cylinder_body(case: Case) -> BoxBody | CylinderBody:
     """Return the body of a case if it is a box, a rectangle or a full cylinder. Raises NotApplicable."""
     if isinstance(case.shape, Cylinder):
-        return Round(case.shape)
-    found = rectangular(case)
+        return CylinderBody(case.shape)
+    found = box_body_of_case(case)
     if found is None:
         raise NotApplicable(f"`{case.body.name}` is not a box, a cylinder or an upright rectangle", "use one of these")
     return found

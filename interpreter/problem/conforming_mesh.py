@@ -116,7 +116,8 @@ class _ConditionInShape:
         A ray along one coordinate has the values of the others.
         """
         return {
-            n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.coordinate_ranges.items())
+            n: a + (b - a) * _scattered_fractions(share, i)
+            for i, (n, (a, b)) in enumerate(self.shape.coordinate_ranges.items())
         }
 
     def _border_crossings_of_ray(self, border: Border, axis: str, share: float) -> list[float]:

@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular, Round, solid_body
+from softmark.interpreter.problem.body_case import Case, RigidBodyContact
+from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody, CylinderBody, box_or_cylinder_body
 from softmark.interpreter.problem.indenter_shape import indenter_of
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
@@ -36,7 +36,7 @@ class Face:
     `end` 0 is the low face, or the root of a cylinder.
     """
 
-    body: Rectangular | Round
+    body: BoxBody | CylinderBody
     way: int
     end: int
 
@@ -63,12 +63,12 @@ class Face:
     @property
     def has_half_section_body(self) -> bool:
         """True if the body is the half section of a body of revolution."""
-        return isinstance(self.body, Rectangular) and self.body.turns
+        return isinstance(self.body, BoxBody) and self.body.turns
 
     @property
     def across(self) -> tuple[int, ...]:
         """Directions x, y and z (0 to 2) along the face in which its points may move."""
-        if isinstance(self.body, Round):
+        if isinstance(self.body, CylinderBody):
             return tuple(c for c in range(3) if abs(self.body.shape.axis[c]) < 0.5)
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
 
@@ -92,7 +92,7 @@ class Face:
 
         `mirrors` are the symmetry planes, each as direction and end.
         """
-        if isinstance(self.body, Round):
+        if isinstance(self.body, CylinderBody):
             return self.body.shape.radius - math.dist(at, self.middle)
         if self.body.turns:
             return self.body.high[0]
@@ -106,7 +106,7 @@ class Face:
 # ------------------------------------------------------------------ contact and supports of the scene
 
 
-def face_of(case: Case) -> tuple[Touch, Face]:
+def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
     """Return the only contact of a case, and the face below its rigid body. Raises NotApplicable."""
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "use a static analysis")
@@ -120,8 +120,8 @@ def face_of(case: Case) -> tuple[Touch, Face]:
     if len(case.contacts) != 1:
         count = len(case.contacts) or "no"
         raise NotApplicable(f"`{case.body.name}` has {count} contacts with rigid bodies", f"use {ONE}")
-    touch, body = case.contacts[0], solid_body(case)
-    ways = (0,) if isinstance(body, Round) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
+    touch, body = case.contacts[0], box_or_cylinder_body(case)
+    ways = (0,) if isinstance(body, CylinderBody) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
     for face in (Face(body, way, end) for way in ways for end in (0, 1)):
         if _is_above(touch, face):
             return touch, face
@@ -130,7 +130,7 @@ def face_of(case: Case) -> tuple[Touch, Face]:
     )
 
 
-def _is_above(touch: Touch, face: Face) -> bool:
+def _is_above(touch: RigidBodyContact, face: Face) -> bool:
     """Return whether a rigid body lies above a face, by its bounds or by its plane."""
     shape, n = touch.rigid.thing.shape, face.normal
     normal = getattr(shape, "normal", None)
@@ -143,7 +143,7 @@ def _is_above(touch: Touch, face: Face) -> bool:
     return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
 
 
-def rigid_displacement(touch: Touch) -> Vector:
+def rigid_displacement(touch: RigidBodyContact) -> Vector:
     """Return the displacement, m, that supports give a rigid body.
 
     Raises NotApplicable if the rigid body rotates or loads press it.
@@ -178,7 +178,7 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
         if side is None:
             raise NotApplicable(f"the support `{support.name}` holds points outside the far face", FAR)
         mirrors |= side
-    way = {face.way} if isinstance(face.body, Rectangular) else set(range(3)) - set(face.across)
+    way = {face.way} if isinstance(face.body, BoxBody) else set(range(3)) - set(face.across)
     if not way <= held:
         raise NotApplicable("its far face is not held along its normal", FAR)
     bonded = set(face.across) <= held
@@ -189,8 +189,10 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
 
 def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
     """Return the sides that a support holds only along their normal (symmetry planes); None if it holds other parts."""
-    if len(thing.components) != 1 or isinstance(face.body, Round):
-        on = isinstance(face.body, Round) and all(face.body.selects_axial_plane(thing.where, c) for c in thing.components)
+    if len(thing.components) != 1 or isinstance(face.body, CylinderBody):
+        on = isinstance(face.body, CylinderBody) and all(
+            face.body.selects_axial_plane(thing.where, c) for c in thing.components
+        )
         return set() if on else None
     (c,) = thing.components
     if c == face.way or c not in face.across:
@@ -257,7 +259,7 @@ def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, i
     """
     share, body = 1.0, face.body
     for way, end in mirrors:
-        assert isinstance(body, Rectangular)
+        assert isinstance(body, BoxBody)
         if abs(at[way] - (body.high if end else body.low)[way]) > NEAR * case.shape.diagonal:
             raise NotApplicable("a plane of symmetry does not contain the axis of the indenter",
                           "put the axis in the plane")  # fmt: skip
@@ -265,7 +267,7 @@ def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, i
     return share
 
 
-def _moves_along_face(case: Case, touch: Touch, n: Vector) -> bool:
+def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
     """Return whether a rigid body moves along the face while it indents.
 
     One support may do both, or several with different amplitudes.

@@ -96,7 +96,7 @@ def inner_stations(condition: Condition, shape: Swept) -> tuple[tuple[float, str
     return tuple((s, coverage(condition, shape, s)) for s in stations)
 
 
-def ends_of(condition: Condition, shape: Swept) -> set[int]:
+def selected_end_faces(condition: Condition, shape: Swept) -> set[int]:
     """Return the end faces that a condition selects wholly; 0 is the root.
 
     The result is empty if it selects a part of a face, or anything else.
@@ -107,9 +107,9 @@ def ends_of(condition: Condition, shape: Swept) -> set[int]:
     return {end for end, cover in enumerate(covers) if cover == "all"}
 
 
-def end_of(condition: Condition, shape: Swept) -> int | None:
+def single_selected_end(condition: Condition, shape: Swept) -> int | None:
     """Return the end face that a condition selects, 0 for the root; None unless it selects exactly one whole face."""
-    found = ends_of(condition, shape)
+    found = selected_end_faces(condition, shape)
     return found.pop() if len(found) == 1 else None
 
 

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.problem.body_case import fault
-from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.boolean_shapes import BooleanShape
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import MeshFile
 from softmark.solvers.mesh.surface_bodies import Tetrahedralized
@@ -18,7 +18,7 @@ AnyShape = TypeVar("AnyShape", bound=Shape)
 def download_shape(shape: AnyShape, at: Location) -> AnyShape:
     """Return the shape with its data set downloaded. Raises Fault if that fails."""
     path = shape.file
-    if isinstance(shape, Combined) and not shape.fault:
+    if isinstance(shape, BooleanShape) and not shape.fault:
         one, other = (download_shape(own, at) for own in shape.pair)
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined

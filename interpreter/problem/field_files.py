@@ -13,7 +13,7 @@ from softmark.interpreter.problem.representative_constants import profiles
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.records import dataclass
 from softmark.references.data_download import find_file
-from softmark.references.measured_data import Frame, Unreadable
+from softmark.references.measured_data import FileFrame, Unreadable
 from softmark.resource_limits import TooSlow, describe_read_error, limited_resources
 from softmark.solvers.materials.heterogeneous import with_constants
 
@@ -92,7 +92,7 @@ class Image:
 
 
 @dataclass(frozen=True)
-class OnMesh:
+class MeshField:
     """Field given at the nodes or in the cells of a mesh, stored so that no two cells share a node."""
 
     mesh: Any
@@ -175,14 +175,14 @@ def material_at(material: Any, X: Floats) -> Any:
     return with_constants(material, found)
 
 
-def load_field(field: Field) -> Image | OnMesh:
+def load_field(field: Field) -> Image | MeshField:
     """Load the file of a field, with positions in the scene's coordinates. Raises Unreadable."""
     file = find_file(field.path)
-    return _loaded(field, file, file.stat().st_mtime_ns)
+    return _load_field(field, file, file.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=KEPT)
-def _loaded(field: Field, file: Path, stamp: int) -> Image | OnMesh:
+def _load_field(field: Field, file: Path, stamp: int) -> Image | MeshField:
     if not file.name.lower().endswith((*MESHES, *IMAGES)):
         known = f"{', '.join((*IMAGES, *MESHES)[:-1])} and {MESHES[-1]}"
         raise Unreadable(file.name, f"fields are read from {known}", "convert the file to one of these formats")
@@ -206,7 +206,7 @@ def _image(field: Field, file: Path) -> Image:
         remedy = error.remedy.replace("`unit`", "`length`").replace("unit = 1 mm", "length = 1 mm")
         remedy = "write the size of its voxels into its header" if "`spacing`" in remedy else remedy
         raise Unreadable(file.name, error.reason, remedy) from None
-    frame = Frame(1.0, field.x, field.z, field.origin)
+    frame = FileFrame(1.0, field.x, field.z, field.origin)
     A = frame.rotation(file.name)
     return Image(
         np.asarray(volume.values, dtype=np.float64), np.asarray(np.linalg.inv(A @ volume.axes), dtype=np.float64),
@@ -214,7 +214,7 @@ def _image(field: Field, file: Path) -> Image:
     )  # fmt: skip
 
 
-def _mesh(field: Field, file: Path) -> OnMesh:
+def _mesh(field: Field, file: Path) -> MeshField:
     from softmark.solvers.elements import ELEMENTS
     from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse
     from softmark.solvers.mesh.mesh import Mesh
@@ -233,10 +233,10 @@ def _mesh(field: Field, file: Path) -> OnMesh:
         reason = f"its solid cells are of {len(kinds)} kinds" if kinds else "it has no solid cells"
         raise Unreadable(file.name, reason, "use tetrahedra or hexahedra of one kind")
     cells = np.concatenate([read.cells[i].data for i in blocks])
-    frame = Frame(field.length, field.x, field.z, field.origin)
+    frame = FileFrame(field.length, field.x, field.z, field.origin)
     apart = np.arange(cells.size).reshape(cells.shape)
     X = frame.points(np.asarray(read.points, dtype=np.float64), file.name)[cells.ravel()]
-    return OnMesh(Mesh(X, apart, known[kinds.pop()]), _read_nodal_values(field, file, read, cells, blocks))
+    return MeshField(Mesh(X, apart, known[kinds.pop()]), _read_nodal_values(field, file, read, cells, blocks))
 
 
 def _read_nodal_values(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:

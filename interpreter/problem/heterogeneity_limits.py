@@ -34,7 +34,7 @@ def must_be_uniform(reference: Declared, case: Case) -> None:
     )  # fmt: skip
 
 
-def faults(case: Case) -> Iterator[Fault]:
+def out_of_range_faults(case: Case) -> Iterator[Fault]:
     """Yield Faults for constants that are out of range at sample points of the body."""
     for i, material in enumerate(case.materials):
         for profile in profiles(material).values():
@@ -45,7 +45,7 @@ def faults(case: Case) -> Iterator[Fault]:
             )
             worst = max(seen, key=lambda found: abs(found[1]) if math.isfinite(found[1]) else math.inf, default=None)
             if worst is not None:
-                yield out_of_range(case, profile, worst[1], worst[0])
+                yield out_of_range_fault(case, profile, worst[1], worst[0])
 
 
 def _has_material(case: Case, number: int, place: Any) -> bool:
@@ -70,7 +70,7 @@ def is_allowed(profile: Profile, value: float) -> bool:
     return math.isfinite(value) and (profile.limits is None or value in profile.limits)
 
 
-def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Fault:
+def out_of_range_fault(case: Case, profile: Profile, value: float, place: Any) -> Fault:
     """Return the Fault for a constant that has no value, or a forbidden value, at a place."""
     where = units.format_vector(tuple(float(c) for c in place), units.LENGTH)
     shown = units.format_value(value, profile.dimension) if math.isfinite(value) else "not a number"
@@ -85,7 +85,7 @@ def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Faul
 def check_ranges(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of constants that are out of range at sample points of a body."""
     for body in scene.of_kind("body"):
-        yield from (found.diagnostic for found in faults(case_of(scene, body)))
+        yield from (found.diagnostic for found in out_of_range_faults(case_of(scene, body)))
 
 
 def check_models(scene: Scene) -> Iterator[Diagnostic]:

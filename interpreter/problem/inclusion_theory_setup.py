@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.records import dataclass
-from softmark.references.inclusion import Hookean, RoundCore
+from softmark.references.inclusion import BodyWithRoundCore, Hookean
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.plane_regions import QuarterRing, Slice
@@ -42,7 +42,7 @@ LARGE = "it assumes small strains and rotations, but they reach {:.3g} %: a body
 PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and no other load"
 
 
-def round_body_of(reference: Declared, case: Case) -> RoundCore:
+def round_body_of(reference: Declared, case: Case) -> BodyWithRoundCore:
     """Return the body with a round inclusion or hole.
 
     Raises NotApplicable if an assumption of the theory is violated.
@@ -62,7 +62,7 @@ def round_body_of(reference: Declared, case: Case) -> RoundCore:
     core = _hookean(case.parts[0].thing.material, case) if case.parts else None
     thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
     n = 2 if about == "hole" else 3
-    return RoundCore(n, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin)
+    return BodyWithRoundCore(n, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin)
 
 
 def _hookean(material: LinearElastic, case: Case) -> Hookean:
@@ -214,7 +214,7 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
 # ------------------------------------------------------------------ stress field
 
 
-def size_effect_note(core: RoundCore) -> str:
+def size_effect_note(core: BodyWithRoundCore) -> str:
     """Return a sentence about the effect of the body's finite size, for the report."""
     place = "around the hole" if core.core is None else "at the border of the inclusion"
     doubt = doubt_of(core)
@@ -224,7 +224,7 @@ def size_effect_note(core: RoundCore) -> str:
     ) + (f"; {doubt}" if doubt else "")
 
 
-def doubt_of(core: RoundCore) -> str | None:
+def doubt_of(core: BodyWithRoundCore) -> str | None:
     """Return why the theory is inaccurate for the body, because deformations are not small, or None."""
     large = core.largest_gradient
     return LARGE.format(100.0 * large) if large > SMALL else None
@@ -234,7 +234,7 @@ def doubt_of(core: RoundCore) -> str | None:
 class InclusionStress(AnalyticField):
     """Exact stress field of the theory, for metrics; it has no cells."""
 
-    theory: RoundCore
+    theory: BodyWithRoundCore
 
     def at(self, X: Floats) -> Tensors:
         """Return the stress, Pa, at points X (n, 3), m, of the undeformed body."""

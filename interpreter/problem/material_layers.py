@@ -14,7 +14,7 @@ from softmark.interpreter.problem.body_case import Case, Fault, fault
 MOST = 3000  # largest number of boxes searched for an overlap
 
 
-def remaining_conditions(case: Case) -> tuple[Condition, ...]:
+def region_conditions(case: Case) -> tuple[Condition, ...]:
     """Return the condition under which each region has its material: its selection without overlying regions.
 
     Where regions of one material overlap, the first of them counts.
@@ -41,7 +41,7 @@ def material_numbers(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
 
     found = np.zeros(len(X), dtype=np.int64)
     bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))
-    for i, where in enumerate(remaining_conditions(case), start=1):
+    for i, where in enumerate(region_conditions(case), start=1):
         for own, which in split_by_groups(where, members):
             x, y, z = X[which].T
             held = np.broadcast_to(own.holds(x, y, z, math.dist(*bounds)), len(x))
@@ -67,7 +67,7 @@ def overlap_fault(a: Declared, b: Declared, label: str) -> Fault:
     )  # fmt: skip
 
 
-def find_common_box(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
+def find_common_point(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
     """Return the middle of a box in which both conditions hold everywhere, m; None if none was found.
 
     The box from `low` to `high`, m, is halved repeatedly across its longest side, the largest box first.

@@ -69,11 +69,11 @@ def point_membership(case: Case, X: Floats) -> Members:
     if not case.groups:
         return lambda name: np.zeros(len(X), dtype=np.bool_)
     from softmark.solvers.mesh.element_interpolation import locate_points
-    from softmark.solvers.mesh.mesh_groups import has_cells
+    from softmark.solvers.mesh.mesh_groups import group_cell_mask
 
     mesh = download_shape(case.shape, case.shape_location).mesh_with_groups(Tet4.name)
     nodes = locate_points(mesh, X).nodes
-    return lambda name: has_cells(mesh, name, nodes)
+    return lambda name: group_cell_mask(mesh, name, nodes)
 
 
 def _group_mask(of: str, mesh: Mesh, name: str) -> Mask:
@@ -92,7 +92,7 @@ NAMELESS = (
 )
 
 
-def check(regions: Iterable[Declared], mesh: Mesh) -> None:
+def check_mesh_groups(regions: Iterable[Declared], mesh: Mesh) -> None:
     """Refuse named groups that a mesh does not have or that are of the wrong kind. Raises Fault."""
     for region in regions:
         _require_group(region, mesh)

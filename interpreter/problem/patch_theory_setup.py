@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular, rectangle
+from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody, box_body_of_shape
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
@@ -55,12 +55,12 @@ class BlockPile:
     """Blocks of a case in their order along an axis; `first` is the number of the block that the scene names first."""
 
     case: Case
-    blocks: tuple[Rectangular, ...]
+    blocks: tuple[BoxBody, ...]
     way: int
     first: int
 
     @property
-    def whole(self) -> Rectangular:
+    def whole(self) -> BoxBody:
         """Bounding box of all blocks."""
         return replace(self.blocks[0], high=self.blocks[-1].high)
 
@@ -141,7 +141,7 @@ def block_pile_of(case: Case) -> BlockPile:
     if not isinstance(case.shape, DisjointShapes):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
     thickness = case.body.thing.thickness if case.planar else 0.0
-    found = [rectangle(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
+    found = [box_body_of_shape(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
     blocks = [block for block in found if block is not None]
     if len(blocks) < len(found):
         raise NotApplicable(f"`{name}` has pieces that are not boxes or upright rectangles", PIECES)
@@ -169,7 +169,7 @@ def _pieces(shape: Any) -> tuple[Any, ...]:
     return tuple(piece for half in shape.pair for piece in _pieces(half))
 
 
-def _block_without_ends(piled: BlockPile, number: int) -> Rectangular:
+def _block_without_ends(piled: BlockPile, number: int) -> BoxBody:
     """Return a block shortened at both ends, so that only its sides are selected and not the faces of other blocks."""
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
@@ -408,8 +408,12 @@ def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
         reactions[pair.name] = _contact_force(piled, found, numbers)
         if isinstance(pair.thing, SelfContact):
             pressures = {i: found.push / found.joint_contact_area(i) if found.push else 0.0 for i in numbers}
-            touches[pair.name] = Touched(sum(map(found.joint_contact_area, numbers)), max(pressures.values(), default=0.0),
-                                         found.left, field=Pressing(piled, pressures))  # fmt: skip
+            touches[pair.name] = Touched(
+                sum(map(found.joint_contact_area, numbers)),
+                max(pressures.values(), default=0.0),
+                found.left,
+                field=Pressing(piled, pressures),
+            )
     work = {load.name: None for load in case.loads}
     return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
 

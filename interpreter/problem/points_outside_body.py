@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 BESIDE = 0.01  # relative to the body's diagonal: tolerance for marks and meshes of the surface
 
 
-def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
+def near_body_mask(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
     """Return a mask of points X (n, 3), m, in the body or close to it, and a warning about the other points.
 
     A displacement outside the body is extrapolated. Close to the surface that is reasonable, because curvature and the

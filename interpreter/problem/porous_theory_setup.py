@@ -9,8 +9,8 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular, Round, solid_body
-from softmark.interpreter.problem.relaxation_theory_setup import driven_by
+from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody, CylinderBody, box_or_cylinder_body
+from softmark.interpreter.problem.relaxation_theory_setup import amplitude_until
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
@@ -33,7 +33,7 @@ PLATES = (
 SIDES = "hold its sides along their normals: `fixed(..., components = x)`"
 SMALL = 0.01  # strain below which no warning about small strain is given
 LARGE = "it assumes small strains, but they reach {:.3g} %: a body with large ones differs"
-Body = Rectangular | Round
+Body = BoxBody | CylinderBody
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def _analysis(case: Case) -> Quasistatic:
 
 def _ends(case: Case, remedy: str) -> Ends:
     """Return the held and the driven end of a case. Raises NotApplicable with the `remedy`."""
-    body = solid_body(case)
+    body = box_or_cylinder_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_displacement_or_traction(load))]
     for support in case.supports:
@@ -104,7 +104,7 @@ def _ends(case: Case, remedy: str) -> Ends:
     driving = drivers[0]
     vector = _displacement_or_traction(driving)
     ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
-    if isinstance(body, Round):
+    if isinstance(body, CylinderBody):
         axis = body.shape.axis
         if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
             raise NotApplicable(f"`{driving.name}` does not act along the axis", remedy)
@@ -152,7 +152,7 @@ def _are_sides_held(case: Case, ends: Ends) -> bool:
     """Return whether supports prevent lateral motion, on all sides or in the whole body."""
     body = ends.body
     across = [c for c in range(3) if c != ends.way]
-    if isinstance(body, Round):
+    if isinstance(body, CylinderBody):
         return any(
             set(across) <= set(s.thing.components) and body.around(s.thing.where) and not at_full_size(s.thing).moves
             for s in case.supports
@@ -160,7 +160,7 @@ def _are_sides_held(case: Case, ends: Ends) -> bool:
     return all(_held_sides(case, body, c) == {0, 1} for c in across)
 
 
-def _held_sides(case: Case, body: Rectangular, across: int) -> set[int]:
+def _held_sides(case: Case, body: BoxBody, across: int) -> set[int]:
     """Return the faces normal to a lateral direction that are held; 0 is the low one."""
     if body.flat and across == 2:
         return {0, 1}
@@ -221,7 +221,7 @@ def column_of(case: Case) -> Column:
     Raises NotApplicable if an assumption of the theory is violated.
     """
     analysis, ends, drains = _analysis_ends_and_drains(case)
-    driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
+    driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1], case.material.permeability,
                   ends.force, amount, driven, analysis.now)  # fmt: skip
@@ -231,7 +231,7 @@ def pressed_column_of(case: Case) -> PressedColumn:
     """Return the finite-strain column of a case. Raises NotApplicable if an assumption of the theory is violated."""
     analysis, ends, drains = _analysis_ends_and_drains(case)
     material = case.material
-    driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
+    driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
     times = tuple(float(t) for t in analysis.moments if 0.0 < t < analysis.now)
     return PressedColumn(ends.length, ends.area, ends.root, ends.axis, drains, skeleton_of(case), k, ends.force,
@@ -270,7 +270,7 @@ def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
     dimension, half, root, across = (
         _disc_dimensions(case, ends) if reference.thing.about == "disc" else _slab_dimensions(case, ends)
     )
-    driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
+    driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     shear, modulus = _moduli(case)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return CompressedPorousBody(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
@@ -283,7 +283,7 @@ def _slab_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
     Raises NotApplicable.
     """
     body = ends.body
-    if not isinstance(body, Rectangular) or body.turns:
+    if not isinstance(body, BoxBody) or body.turns:
         raise NotApplicable(f"`{case.body.name}` is not a slab", "use a box, or a rectangle in `plane_strain(...)`")
     sides = [c for c in range(3) if c != ends.way]
     open_ = {c: _open_faces(case, body, c) for c in sides}
@@ -305,7 +305,7 @@ def _slab_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
     return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
 
 
-def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
+def _open_faces(case: Case, body: BoxBody, axis: int) -> set[int]:
     """Return the faces normal to a lateral direction that are drained; 0 is the low one."""
     return set[int]().union(*(body.selected_faces(d.thing.where, axis) for d in case.drains))
 
@@ -317,7 +317,7 @@ def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector
     """
     body, none = ends.body, (0.0, 0.0, 0.0)
     remedy = "use a `cylinder(...)`, or a rectangle that begins at x = 0 in `axisymmetric(...)`"
-    if isinstance(body, Rectangular):
+    if isinstance(body, BoxBody):
         if not body.turns or body.low[0] != 0.0 or ends.way != 1:
             raise NotApplicable(f"`{case.body.name}` is not a disc", remedy)
         if any(body.selected_faces(d.thing.where, 0) != {1} for d in case.drains):

@@ -16,7 +16,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.conforming_mesh import cuts_for
 from softmark.interpreter.problem.data_sets import download_shape
-from softmark.interpreter.problem.points_outside_body import keep_near_points
+from softmark.interpreter.problem.points_outside_body import near_body_mask
 from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.even_thinning import pick_evenly
@@ -102,7 +102,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
 def _points_near_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
     """Return the points that the probe's condition selects, without those far outside the body. Raises Fault."""
     chosen = _selected_points(probe, X)
-    inside, notes = keep_near_points(probe, case, chosen)
+    inside, notes = near_body_mask(probe, case, chosen)
     return ProbePoints(chosen[inside], notes=notes)
 
 
@@ -198,7 +198,7 @@ def _triangle_group_masks(case: Case, shape: geometry.Shape, where: Condition) -
     from softmark.interpreter.problem import mesh_group_conditions
 
     mesh = shape.mesh_with_groups()
-    mesh_group_conditions.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    mesh_group_conditions.check_mesh_groups((r for r in case.groups if r.thing.name in where.groups), mesh)
     facets, each = mesh_group_conditions.facet_membership(mesh), len(mesh.element.facet.triangles)
     return lambda name: np.repeat(facets(name), each)
 
@@ -271,11 +271,11 @@ def _conditions_by_material(probe: Declared, case: Case) -> tuple[Condition, ...
     where = probe.thing.where
     if not case.parts:
         return () if where is None else (where,)
-    from softmark.interpreter.problem.material_layers import remaining_conditions
+    from softmark.interpreter.problem.material_layers import region_conditions
 
     both = partial(Condition.junction, "and")
     rest = reduce(both, (Condition.negation(part.thing.where) for part in case.parts))
-    each = (rest, *remaining_conditions(case))
+    each = (rest, *region_conditions(case))
     return each if where is None else tuple(both(where, own) for own in each)
 
 
@@ -289,7 +289,7 @@ def _selected_tetrahedra(probe: Declared, case: Case, mesh: Mesh, each: Sequence
     from softmark.solvers.mesh.simplex_clipping import Pieces
 
     whole, named = Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells))), {g for own in each for g in own.groups}
-    mesh_group_conditions.check((r for r in case.groups if r.thing.name in named), mesh)
+    mesh_group_conditions.check_mesh_groups((r for r in case.groups if r.thing.name in named), mesh)
     found = [
         select_pieces(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
         for where in each
@@ -337,7 +337,9 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
         return np.zeros((0, 3))
     from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
-    members = _triangle_group_masks(case, download_shape(case.shape, case.shape_location), where) if where.groups else None
+    members = (
+        _triangle_group_masks(case, download_shape(case.shape, case.shape_location), where) if where.groups else None
+    )
     return clip_triangles(where, place.X, place.triangles, members)[0]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.bar_theory_setup import ALIGNED
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
+from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
@@ -55,7 +55,7 @@ def bar_of(case: Case) -> RelaxingBar:
     amplitude = at_full_size(driving.thing).amplitude
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g,
-                       tau, force, sign * (area if force else 1.0), driven_by(amplitude, now), now)  # fmt: skip
+                       tau, force, sign * (area if force else 1.0), amplitude_until(amplitude, now), now)  # fmt: skip
 
 
 def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
@@ -76,7 +76,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
             continue
         if not all(along) and case.material.poisson != 0.0:
             raise NotApplicable(f"the support `{support.name}` prevents lateral contraction of its end", REMEDY)
-        if (end := end_of(thing.where, shape)) is None or end in ends:
+        if (end := single_selected_end(thing.where, shape)) is None or end in ends:
             raise NotApplicable(f"the support `{support.name}` does not act on exactly one whole end face", REMEDY)
         ends[end] = support
     held = [end for end, support in ends.items() if not at_full_size(support.thing).moves]
@@ -89,7 +89,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
         return held[0], movers[0], at_full_size(movers[0].thing).displacement
     load = case.loads[0]
     action = at_full_size(load.thing).action
-    if not isinstance(action, SurfaceTraction) or end_of(action.where, shape) != 1 - held[0]:
+    if not isinstance(action, SurfaceTraction) or single_selected_end(action.where, shape) != 1 - held[0]:
         raise NotApplicable(f"the load `{load.name}` is not a traction on the whole free end", REMEDY)
     return held[0], load, action.traction
 
@@ -115,7 +115,7 @@ def _fixed_point(case: Case, root: Any) -> Any:
     return tuple(found)
 
 
-def driven_by(amplitude: Any, now: float) -> Amplitude:
+def amplitude_until(amplitude: Any, now: float) -> Amplitude:
     """Return an amplitude up to the time `now`, s, as jumps and segments with a slope."""
     match amplitude:
         case None:
@@ -147,7 +147,7 @@ def bar_forces(case: Case, bar: RelaxingBar) -> EquilibriumForces:
     held, driving, _ = _held_end_and_driving_action(case)
     none, found = (0.0, 0.0, 0.0), {}
     for support in case.supports:
-        end = end_of(support.thing.where, case.prism)
+        end = single_selected_end(support.thing.where, case.prism)
         along = any(abs(case.prism.axis[c]) > ALIGNED for c in support.thing.components)
         size = 0.0 if not along else bar.pull if end != held else -bar.pull
         at = add_multiples(bar.root, (0.0 if end == held else bar.length, bar.axis))

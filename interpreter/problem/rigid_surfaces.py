@@ -50,7 +50,9 @@ def _half_space_plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]
     return X @ frame + middle, triangles
 
 
-def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool) -> tuple[Floats, Ints]:
+def extruded_plane_section(
+    X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool
+) -> tuple[Floats, Ints]:
     """Return the section z = 0 of a shape's surface, extruded over a span of z, m; with `half` only the part x >= 0."""
     lines = _plane_section_lines(X, triangles)
     P, ends = _join_lines(_clip_lines_to_half_plane(lines) if half else lines, X)

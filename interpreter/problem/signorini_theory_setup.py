@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular
+from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody
 from softmark.interpreter.problem.contact_theory_setup import (
     FAR,
     SAME,
@@ -68,8 +68,10 @@ def _gap_above_face(name: str, shape: Any, face: Face) -> float:
         raise NotApplicable(f"`{name}` is not a plane", PLANE)
     low, high = shape.bounds
     own_low, own_high = face.body.bounds
-    flat = isinstance(face.body, Rectangular) and face.body.flat
-    if any(low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.has_half_section_body)):
+    flat = isinstance(face.body, BoxBody) and face.body.flat
+    if any(
+        low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.has_half_section_body)
+    ):
         raise NotApplicable(f"`{name}` does not cover the end", PLANE)
     way = max(range(3), key=lambda c: abs(n[c]))
     if abs(n[way]) < 1.0 - SAME:
@@ -99,7 +101,7 @@ def _fixed_point(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
     """
     found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:
-        assert isinstance(face.body, Rectangular)
+        assert isinstance(face.body, BoxBody)
         if (way, 1 - end) in mirrors:
             raise NotApplicable(f"it cannot expand along {'xyz'[way]}", f"leave one side free; {FAR}")
         found = replace_coordinate(found, way, (face.body.high if end else face.body.low)[way])

@@ -49,7 +49,7 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
                       "model only the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
 
 
-def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
+def asymmetric_load_error(support: Declared, load: Declared) -> Diagnostic | None:
     """Return the error of a load that is not symmetric about the symmetry plane `support`, or None."""
     normal = support.thing.normal
     if normal is None or (reason := load.thing.action.mirror_fault(*normal, support.name)) is None:
@@ -58,7 +58,7 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
     return diagnostic("E582", load.at(field), f"`{load.name}` {problem}", label, help)
 
 
-def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
+def rigid_body_motion_error(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
     """Return the error of a rigid body that a symmetry plane cuts and that moves out of this plane, or None.
 
     `support` is the symmetry plane, `rigid` the rigid body, and `way` the support that prescribes its displacement or
@@ -88,7 +88,7 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
                       f"model the whole body: motion along {'xyz'[across]} is not symmetric")  # fmt: skip
 
 
-def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
+def initial_motion_error(support: Declared, analysis: Declared) -> Diagnostic | None:
     """Return the error of an initial velocity normal to a symmetry plane, or of a spin about an axis in it, or None."""
     if support.thing.normal is None or not isinstance(analysis.thing, Dynamic):
         return None
@@ -107,7 +107,7 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
     return None
 
 
-def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
+def point_force_warning(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
     """Return a warning for a point force on the symmetry plane `support`, or None.
 
     The normal component of such a force vanishes, and its other components count half.
@@ -170,7 +170,7 @@ def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats
                                "select a part of the surface away from the axis, as in `x >= 10 mm`"))  # fmt: skip
 
 
-def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
+def refuse_moment_at_plane(case: Case, load: Declared, X: Floats, points: Floats) -> None:
     """Refuse a moment on facets that meet a symmetry plane. Raises Fault.
 
     X are the nodes (f, k, 3), m, of its facets, `points` (m, 3), m, those of the body. A face that continues beyond the

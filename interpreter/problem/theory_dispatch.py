@@ -138,7 +138,7 @@ def _assumption_fault(reference: Declared, refused: NotApplicable) -> Fault:
     return fault("E503", reference.at(), problem, help=refused.remedy)
 
 
-def at_rest_of(reference: Declared, case: Case, found: Theory) -> EquilibriumForces | None:
+def theory_forces(reference: Declared, case: Case, found: Theory) -> EquilibriumForces | None:
     """Return the forces of a theory; None if it has none."""
     if not reference.thing.with_forces:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
+from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -49,7 +49,7 @@ def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
         thing = support.thing
         if not isinstance(thing, Fixed | Rotated) or len(thing.components) < 3:
             raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
-        if (end := end_of(thing.where, case.prism)) is None:
+        if (end := single_selected_end(thing.where, case.prism)) is None:
             raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
         if end in found:
             raise NotApplicable("two supports hold one end", REMEDY)

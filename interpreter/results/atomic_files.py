@@ -47,7 +47,7 @@ def replace_atomically(path: Path) -> Iterator[Path]:
         parts.discard(temporary)
 
 
-def folder_within(folder: Path, *inner: str) -> Path:
+def make_inner_folder(folder: Path, *inner: str) -> Path:
     """Create and return a folder below `folder`; no folder in between may be a symbolic link. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in inner:

@@ -22,7 +22,7 @@ ANSWERED = (*SOLVED, "read")
 LEFT_OUT = ("skipped", "unsupported")  # not tried: neither failed nor solved
 
 
-class Moment(float):
+class TimeState(float):
     """Value of a state that is a point in time, s."""
 
 
@@ -86,7 +86,7 @@ def _format_state_count(number: int) -> str:
 
 def format_state(value: float) -> str:
     """Return the value of a state as text: `12.5 %`, or `2.5 s` for a time."""
-    return f"{value:.6g} s" if isinstance(value, Moment) else f"{100.0 * value:.6g} %"
+    return f"{value:.6g} s" if isinstance(value, TimeState) else f"{100.0 * value:.6g} %"
 
 
 def _collect_iterations(each: Sequence[Any]) -> dict[str, int]:

@@ -21,7 +21,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.atomic_files import folder_within, replace, replace_atomically
+from softmark.interpreter.results.atomic_files import make_inner_folder, replace, replace_atomically
 from softmark.interpreter.results.run_report import DrawnSurface, ModelResult, ReferenceResult, Report
 from softmark.solvers.elements import element_of
 
@@ -39,7 +39,7 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     state, with the value of the state in place of the time. Raises OSError, and UnknownElement for an unknown kind of
     cell.
     """
-    target = folder_within(Path(folder), "vtu")
+    target = make_inner_folder(Path(folder), "vtu")
     written: list[Path] = []
     taken: set[str] = set()
     for outcome in report.outcomes:

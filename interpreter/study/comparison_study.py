@@ -19,7 +19,7 @@ from softmark.interpreter.pipeline.run_environment import describe_environment
 from softmark.interpreter.results import json_validation
 from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.state_results import SOLVED
-from softmark.interpreter.study.analysis.comparison_point import part_of
+from softmark.interpreter.study.analysis.comparison_point import competition_group_name
 from softmark.interpreter.study.configurations.configuration_expansion import (
     CommandLineAdditions,
     Configuration,
@@ -304,7 +304,7 @@ def _references_and_failure(
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
-        part = part_of(p["scene"], p["problem"])
+        part = competition_group_name(p["scene"], p["problem"])
         for name, reference in (outcomes[p["key"]].references if p["key"] in outcomes else {}).items():
             own, lost = found.setdefault(part, {}), reference.status not in FINE
             if name not in own or (lost and own[name]["status"] in FINE):

@@ -13,7 +13,7 @@ from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import is_force_driven
 from softmark.interpreter.problem.out_of_plane_contact import missed_plane_error
-from softmark.interpreter.problem.symmetry_planes import led_fault
+from softmark.interpreter.problem.symmetry_planes import rigid_body_motion_error
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
@@ -135,7 +135,7 @@ def _check_symmetry(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """Check that symmetry planes of the deformable body are also symmetry planes of the rigid body's motion."""
     mirrors = [s for s in scene.acting("support", contact.thing.body) if isinstance(s.thing, Symmetric)]
     for mirror, way in product(mirrors, scene.acting("support", contact.thing.rigid)):
-        if (fault := led_fault(mirror, scene.declared[contact.thing.rigid], way)) is not None:
+        if (fault := rigid_body_motion_error(mirror, scene.declared[contact.thing.rigid], way)) is not None:
             yield fault
 
 

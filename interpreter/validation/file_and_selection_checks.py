@@ -112,7 +112,7 @@ def _check_groups_of_case(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
     try:
-        mesh_group_conditions.check(case.groups, shape.mesh_with_groups())
+        mesh_group_conditions.check_mesh_groups(case.groups, shape.mesh_with_groups())
     except Fault as wrong:
         yield wrong.diagnostic
     except UnreadableMesh:

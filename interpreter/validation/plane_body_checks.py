@@ -112,7 +112,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
         if isinstance(contact.thing, RigidContactPair) and contact.thing.body in bodies:
             yield from _check_rigid_motion(scene, contact.thing.rigid, scene.declared[contact.thing.body])
     for analysis in scene.of_kind("analysis").values() if bodies else ():
-        for field in _out_of_plane_starts(analysis.thing, alone):
+        for field in _out_of_plane_motions(analysis.thing, alone):
             yield diagnostic("E544", analysis.at(field), f"the initial `{field}` moves plane bodies out of their "
                                                          "plane", "not within the plane",
                              "give a velocity along x and y, and a spin about z")  # fmt: skip
@@ -181,7 +181,7 @@ def _is_off_plane_force(action: Any) -> bool:
     return len(action.points) == 1 and action.points[0][1][2] != 0.0
 
 
-def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
+def _out_of_plane_motions(analysis: Any, alone: bool) -> Iterator[str]:
     """Yield the names of initial motions that leave the plane.
 
     A velocity along z counts only with `alone`, if all bodies are plane.

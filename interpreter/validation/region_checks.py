@@ -9,7 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Fault, case_for, case_of
-from softmark.interpreter.problem.material_layers import find_common_box, overlap_fault, unordered_overlaps
+from softmark.interpreter.problem.material_layers import find_common_point, overlap_fault, unordered_overlaps
 from softmark.solvers.mesh.shape import Prism
 
 SELECT = ("region", "support", "load", "probe")  # kinds whose declarations have a `where`
@@ -62,7 +62,7 @@ def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
         if not isinstance(shape, Prism):  # points outside are only known when it is built
             continue
         for a, b in unordered_overlaps(case):
-            at = find_common_box(a.thing.where, b.thing.where, *shape.bounds)
+            at = find_common_point(a.thing.where, b.thing.where, *shape.bounds)
             if at is not None and shape.contains(at):
                 yield overlap_fault(a, b, f"both include {units.format_vector(at, units.LENGTH)}").diagnostic
 

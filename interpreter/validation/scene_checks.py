@@ -20,7 +20,12 @@ from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.models.shared.perturbed_start import check_perturbed_start as disturbed
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
-from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doubt, pull_fault, start_fault
+from softmark.interpreter.problem.symmetry_planes import (
+    asymmetric_load_error,
+    initial_motion_error,
+    plane_fault,
+    point_force_warning,
+)
 from softmark.interpreter.problem.theory_dispatch import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, used_scene_checks, value_warnings
@@ -122,12 +127,12 @@ def _check_symmetry_planes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             if fault is not None:
                 yield fault
             for analysis in scene.of_kind("analysis").values():
-                if (fault := start_fault(support, analysis)) is not None:
+                if (fault := initial_motion_error(support, analysis)) is not None:
                     yield fault
             for load in scene.acting("load", body.name):
-                if (fault := pull_fault(support, load)) is not None:
+                if (fault := asymmetric_load_error(support, load)) is not None:
                     yield fault
-                if (doubt := point_doubt(support, load, body.thing.shape.bounds)) is not None:
+                if (doubt := point_force_warning(support, load, body.thing.shape.bounds)) is not None:
                     yield doubt
 
 
@@ -280,7 +285,7 @@ def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
     if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
         from softmark.interpreter.problem import anisotropy_limits
 
-        yield from anisotropy_limits.model(model, case)
+        yield from anisotropy_limits.check_fiber_model(model, case)
 
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
@@ -467,7 +472,7 @@ def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if any(getattr(declared.thing, "directed", False) for declared in scene.of_kind("material").values()):
         from softmark.interpreter.problem import anisotropy_limits
 
-        yield from anisotropy_limits.materials(scene)
+        yield from anisotropy_limits.check_fiber_materials(scene)
 
 
 def _check_unused_declarations(scene: Scene, found: Found) -> Iterator[Diagnostic]:

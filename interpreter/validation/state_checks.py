@@ -14,7 +14,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import find_time_dependent, in_state, states_of
 from softmark.interpreter.problem.amplitude_tables import table_fault
-from softmark.interpreter.results.state_results import Moment, format_state
+from softmark.interpreter.results.state_results import TimeState, format_state
 from softmark.interpreter.vocabulary.amplitude_words import PerState, Sine, Table
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.references.measured_curve import CurveFromFile
@@ -47,7 +47,7 @@ def _state_factor(scene: Scene, state: float) -> float:
 
     If states are times, it is the largest absolute amplitude at that time.
     """
-    if not isinstance(state, Moment):
+    if not isinstance(state, TimeState):
         return abs(state)
     moved = (d.thing.amplitude for d in find_time_dependent(scene))
     amplitudes = (c for c in moved if c is not None and not isinstance(c, PerState))

@@ -34,7 +34,9 @@ def check_hexahedral_mesh(model: Declared, case: Case, shape: Shape) -> Diagnost
     kind = _hexahedral_element(model)
     if not kind:
         return None
-    problem = f"`{model.name}` needs {kind}, but `{case.body.name}` has no mesh of hexahedra: {shape.no_hexahedra_reason}"
+    problem = (
+        f"`{model.name}` needs {kind}, but `{case.body.name}` has no mesh of hexahedra: {shape.no_hexahedra_reason}"
+    )
     return diagnostic("E335", model.at(), problem, "tetrahedra only", f"use {FIT}, or another shape")
 
 

@@ -47,10 +47,10 @@ def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, 
     order = OF_AREAS if isinstance(seen.metric, ContactArea) else ORDER
     fall: float = ratio**order
     found = FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
-    return max(found, edge_area(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
+    return max(found, contact_edge_error(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
 
 
-def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
+def contact_edge_error(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
     """Return the error of a contact area due to facets at the edge of the contact, in the unit of the metric.
 
     It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if the

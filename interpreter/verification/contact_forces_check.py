@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
-from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, inner_steps
+from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, facet_subdivisions
 from softmark.interpreter.verification.facet_sweep import select_facets
 from softmark.interpreter.verification.support_reactions_check import held_components, rigid_motion
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
@@ -42,7 +42,7 @@ from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.problem.body_case import Case, RigidBodyContact
     from softmark.solvers.contact.surface_points import AddedContactPoints
     from softmark.solvers.mesh.shape import Shape
 
@@ -102,7 +102,9 @@ def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str,
     return {"contact": found}, reason
 
 
-def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats, own: dict[str, Any]) -> bool:
+def _passes_between_nodes(
+    case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats, own: dict[str, Any]
+) -> bool:
     """Return whether facets cut a rigid body in half without being pushed back. Raises NoIndependentFormula.
 
     Facets are pushed back if the contact force has a component against the outward normal of the most deeply cut facet.
@@ -118,7 +120,7 @@ def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Float
     return not -float(force @ normal) > PUSHED * float(np.linalg.norm(force) * np.linalg.norm(normal))
 
 
-def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> float:
+def _missed_penetration(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats) -> float:
     """Return the penetration, m, of free nodes that no contact with the rigid body selects."""
     if touch.thing.where is EVERYWHERE:
         return 0.0
@@ -131,7 +133,7 @@ def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats)
     return max(0.0, -float(_evaluate_distance(_current_distance(touch), x)[0].min(initial=0.0)))
 
 
-def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> bool:
+def _is_engulfed(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats) -> bool:
     """Return whether a rigid body lies inside the deformable body, so that no node and no facet penetrates it.
 
     This is so if the rigid body's centre is inside. If the centre lies in a cavity of the rigid body, its whole surface
@@ -163,7 +165,7 @@ def _point_in_body_test(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[
     return lambda p: point_in_deformed_body.is_inside_volume(p, triangles)
 
 
-def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
+def _rigid_bounds(touch: RigidBodyContact) -> tuple[Floats, Floats]:
     """Return bounds of a rigid body in its current position, m; they may be wider than the body."""
     shape = touch.rigid.thing.shape
     if (ends := shape.bounds) is None:
@@ -173,7 +175,7 @@ def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
+def _contact_facts(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
     """Return the facts of one contact for the report."""
     facets, look = _facets(case, touch, mesh), _current_distance(touch)
     x = _plane_components(case, mesh.points + u)
@@ -196,7 +198,7 @@ def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> d
     return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
-def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
+def contact_forces(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
     """Return nodal forces (n, 3), N, of one contact, and their uncertainty, N. Raises NoIndependentFormula."""
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
@@ -242,7 +244,7 @@ def _append_added_points(
 
 
 def _gaps_to_planes(
-    joined: AddedContactPoints, touch: Touch, x: Floats, g: Floats, n: Floats, near: float
+    joined: AddedContactPoints, touch: RigidBodyContact, x: Floats, g: Floats, n: Floats, near: float
 ) -> tuple[Floats, Floats]:
     """Return gaps, m, and normals, where added points use the gap to their tangent plane if they are near the body."""
     c, ends = (move_points(points, *rigid_motion(touch)) for points in (joined.c, joined.c + joined.n))
@@ -252,19 +254,22 @@ def _gaps_to_planes(
     return g, n
 
 
-def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple[Ints, Floats, Floats]:
+def _points(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, facets: Ints) -> tuple[Ints, Floats, Floats]:
     """Return the contact points: nodes of their facets (p, a), shape functions (p, a) and areas (p,), m^2.
 
     Points inside facets are listed once for each facet that contains them.
     """
     kind, still = facets.shape[1], _fixed_nodes(case, mesh)
-    if not (steps := inner_steps(case, touch, mesh.points, facets)):
+    if not (steps := facet_subdivisions(case, touch, mesh.points, facets)):
         triangles = facets[:, np.array(FACETS[kind].triangles)].reshape(-1, 3)
         area = rigid_contact_forces.nodal_areas(mesh.points, triangles, case.depth)
         nodes = np.setdiff1d(np.flatnonzero(area > 0.0), still)
         return nodes[:, None], np.ones((len(nodes), 1)), area[nodes]
     xi = FACETS[kind].lattice(steps)
-    N, split = solid_forces.shape_functions(kind, xi), rigid_contact_forces.facet_lattice(FACETS[kind].square, steps)
+    N, split = (
+        solid_forces.shape_functions(kind, xi),
+        rigid_contact_forces.facet_lattice_triangles(FACETS[kind].square, steps),
+    )
     X = np.einsum("la,fai->fli", N, mesh.points[facets]).reshape(-1, 3)
     each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
     free = (np.abs(N) > ROUND) @ ~np.isin(facets, still).T
@@ -290,7 +295,7 @@ def _evaluate_distance(look: rigid_contact_forces.Distance, x: Floats) -> tuple[
         raise NoIndependentFormula(str(many)) from many
 
 
-def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
+def _facets(case: Case, touch: RigidBodyContact, mesh: DeformedMesh) -> Ints:
     """Return the facets that may touch (f, k): selected ones with at least one free node.
 
     Raises NoIndependentFormula.
@@ -314,7 +319,7 @@ def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
 # ------------------------------------------------------------------ rigid bodies
 
 
-def _current_distance(touch: Touch) -> rigid_contact_forces.Distance:
+def _current_distance(touch: RigidBodyContact) -> rigid_contact_forces.Distance:
     """Return the distance function of a rigid body in its current position: rotated, then shifted.
 
     Raises NoIndependentFormula.

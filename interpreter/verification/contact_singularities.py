@@ -21,7 +21,7 @@ from softmark.solvers.mesh.nearest_points import build_point_search
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.metric_base import Metric
-    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.problem.body_case import Case, RigidBodyContact
     from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.solvers.mesh.mesh import Floats
 
@@ -51,7 +51,7 @@ def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces
     return f"a sharp edge or corner of `{touch.rigid.name}`" if (there & pressed).any() else None
 
 
-def _sharp_points(case: Case, touch: Touch, X: Floats) -> Floats:
+def _sharp_points(case: Case, touch: RigidBodyContact, X: Floats) -> Floats:
     """Return points (n, 3), m, on sharp edges and tips of a rigid body in its current position.
 
     For a plane body they are corners of the section z = 0.

@@ -18,7 +18,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
-from softmark.interpreter.models.shared.rigid_contact_setup import longest
+from softmark.interpreter.models.shared.rigid_contact_setup import longest_triangle_side
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.interpreter.verification.contact_error import force_excess
 from softmark.solvers.contact.signed_distance import gap_of
@@ -26,7 +26,7 @@ from softmark.solvers.contact.signed_distance import gap_of
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.metrics.metric_base import Metric
-    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.problem.body_case import Case, RigidBodyContact
     from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
@@ -43,7 +43,7 @@ def selected_area_ratios(case: Case, mesh: Mesh | None) -> dict[str, float]:
     return {name: share for name, share in found.items() if share is not None}
 
 
-def _selected_area_ratio(case: Case, touch: Touch, mesh: Mesh) -> float | None:
+def _selected_area_ratio(case: Case, touch: RigidBodyContact, mesh: Mesh) -> float | None:
     where = touch.thing.where
     if where == EVERYWHERE:
         return None
@@ -105,7 +105,7 @@ def penetration_warnings(
             )
 
 
-def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
+def _cell_size_remedy(case: Case, touch: RigidBodyContact, mesh: Mesh, sharpest: float, times: float) -> str:
     """Return a remedy that names a cell size, for facets that penetrate `times` deeper than allowed.
 
     `sharpest` is the least radius of the rigid body, m. A chord of length h penetrates a round body by h^2 / (8 r), and
@@ -131,10 +131,10 @@ def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, tim
     return f"{least if np.isfinite(sharpest) else ''}use cells about {finer}"
 
 
-def _longest_side(case: Case, touch: Touch, mesh: Mesh) -> float:
+def _longest_side(case: Case, touch: RigidBodyContact, mesh: Mesh) -> float:
     """Return the longest side of contact facets, m; for a slice of a plane body only sides in its plane."""
     points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
-    return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).selected_facets)
+    return longest_triangle_side(points, find_loaded_surface(case.shape, mesh, touch.thing.where).selected_facets)
 
 
 def contradiction_warnings(

@@ -114,9 +114,9 @@ class ErrorEstimate(SolutionUnderTest):
 
             found |= gap_errors(self) | tie_errors(self) | touching(self)
         if self.case.parts:
-            from softmark.interpreter.verification.region_error import parts
+            from softmark.interpreter.verification.region_error import region_border_errors
 
-            found |= parts(self)
+            found |= region_border_errors(self)
         if not self.case.uniform:
             from softmark.interpreter.verification.heterogeneous_constants_check import heterogeneity_errors
 
@@ -171,17 +171,19 @@ class ErrorEstimate(SolutionUnderTest):
         if not any(load.thing.action.points for load in self.case.loads):
             return
         from softmark.interpreter.verification.stress_singularities import (
+            load_of_unbounded_displacement,
+            load_of_unbounded_work,
             place_of,
-            unbounded_displacement,
-            unbounded_work,
         )
 
         if seen.metric is None or seen.metric.statistic_name != "max":
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
-        if seen.metric.measured_from is None and (load := unbounded_work(seen.metric, self.case, mesh, seen.size)):
+        if seen.metric.measured_from is None and (
+            load := load_of_unbounded_work(seen.metric, self.case, mesh, seen.size)
+        ):
             raise NoErrorEstimate(f"it depends on the work of `{load.name}`, which grows with every mesh refinement")
-        if load := unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
+        if load := load_of_unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
             raise NoErrorEstimate(
                 f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
             )
@@ -257,9 +259,9 @@ class ErrorEstimate(SolutionUnderTest):
 
         It is a lower bound, because solutions with two different steps may agree by chance.
         """
-        from softmark.interpreter.verification.motion_errors import error_of
+        from softmark.interpreter.verification.motion_errors import time_step_error_of
 
-        found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
+        found = None if seen.view is None else time_step_error_of(seen.view, seen.metric, seen.probe)
         if found is None:
             return 0.0
         own = found.length if seen.unit == "m" and not seen.is_about_forces else None

@@ -176,7 +176,9 @@ class FacetSweep:
             levels = self._levels(some, np.broadcast_to(xi, (len(some), *xi.shape)))  # (b, m, l)
             cut[:, at : at + 1000] = self._signs(levels).min(axis=1) != self._signs(levels).max(axis=1)
             middle = [level[[xi.shape[0] // 2]] for level in levels]
-            inside[at : at + 1000] = np.broadcast_to(self.condition.holds_for_levels(middle, self.extent), (1, len(some)))[0]
+            inside[at : at + 1000] = np.broadcast_to(
+                self.condition.holds_for_levels(middle, self.extent), (1, len(some))
+            )[0]
         return cut, inside
 
     def _signs(self, levels: Floats) -> Floats:
@@ -229,7 +231,12 @@ class FacetSweep:
 
         Each panel is given by its facet and its first and last line coordinate a.
         """
-        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._border_ends_on_sides(f), *self._turning_points_and_crossings(f)]
+        found = [
+            (f, np.zeros(len(f))),
+            (f, np.ones(len(f))),
+            *self._border_ends_on_sides(f),
+            *self._turning_points_and_crossings(f),
+        ]
         facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
         facet, place = facet[order], place[order]
@@ -275,7 +282,9 @@ class FacetSweep:
             found.append((own[fine][first], a[fine][first]))
         return found
 
-    def _integrate_panels(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
+    def _integrate_panels(
+        self, f: Ints, low: Floats, high: Floats, n: int
+    ) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
         """Return the area and first moments (n, 3) of the selected parts of n panels, and their quadrature points.
 
         The points are given by their panel (p,), local coordinates (p, 2) and weights (p,). Lines are denser towards

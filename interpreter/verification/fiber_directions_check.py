@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.language.spatial_profiles import DirectionProfile
-from softmark.interpreter.models.shared.material_regions import own_points
+from softmark.interpreter.models.shared.material_regions import stiffness_points
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import split_by_material
@@ -192,7 +192,7 @@ def muscle_forces(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
         if getattr(muscle, "pulls", False):
             cells, at = mesh.cells[which], _muscle_stress(muscle)
             most = float(abs(constant_values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
-            rules = own_points(own, mesh.mesh, which, False)
+            rules = stiffness_points(own, mesh.mesh, which, False)
             body = fiber_axes_by_differences.AnisotropicBody(
                 mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, rules, at
             )

@@ -81,18 +81,18 @@ class FinerState:
 
         `known` is a factor of the coarse tangent. Raises NoErrorEstimate.
         """
-        from softmark.interpreter.models.postprocessing.vibrations import matrix
+        from softmark.interpreter.models.postprocessing.vibrations import free_mass_matrix
         from softmark.solvers.dynamics.vibration_modes import ModesNotFound, lowest_modes
         from softmark.solvers.linear.factorisations import Singular
-        from softmark.solvers.statics.finer_space_solve import StateLost, lowest_frequencies
+        from softmark.solvers.statics.finer_space_solve import StateLost, lowest_squared_frequencies
 
         try:
-            M, P = matrix(self.static.mass(), self.static.problem.assembly), self.coarse().P
+            M, P = free_mass_matrix(self.static.mass(), self.static.problem.assembly), self.coarse().P
             taken = max(count, min(count + MORE, len(coarse.free) // 2 - 1))
             left = self.budget.left
             modes = P @ lowest_modes(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
             self.budget.add_solution_time(left - self.budget.left)
-            values = lowest_frequencies(*self.solver, M, modes)[:count]
+            values = lowest_squared_frequencies(*self.solver, M, modes)[:count]
         except (ModesNotFound, StateLost, Singular, Undefined) as error:
             raise NoErrorEstimate(str(error) or "the finer space has no vibration modes") from error
         if not values[0] > 0.0:
@@ -169,9 +169,9 @@ def _require_affordable_tangent(assembly: Assembly, solved: DeformedMesh, budget
 
     The cost grows with a power of the number of unknowns.
     """
-    from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
+    from softmark.solvers.statics.finer_space_solve import SMALL, uses_direct_solver
 
-    if is_direct(assembly) and len(assembly.free) > SMALL:
+    if uses_direct_solver(assembly) and len(assembly.free) > SMALL:
         budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
 
 
@@ -228,7 +228,9 @@ def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solut
     pressures = static.unknowns.cell_pressures(static.solid, static.pieces, state)
     mesh = DeformedBody(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
     field = displacement_field(static.model, case, mesh)
-    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.nodal_forces_in_state(state)))
+    found = Solution(
+        "converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.nodal_forces_in_state(state))
+    )
     return replace(
         found, at_rest=forces_and_energies(replace(static.declared, thing=static.model), case, static, found)
     )

@@ -12,12 +12,12 @@ from softmark.solvers.independent_forces import rigid_friction_forces
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-    from softmark.interpreter.problem.body_case import Touch
+    from softmark.interpreter.problem.body_case import RigidBodyContact
     from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
 
 def friction_tractions(
-    touch: Touch,
+    touch: RigidBodyContact,
     mesh: DeformedMesh,
     points: tuple[Ints, Floats],
     x: Floats,

@@ -53,7 +53,7 @@ def _error_ratio(ratio: float, order: float) -> float:
     return math.expm1(order * math.log(ratio))
 
 
-def must_be_close(apart: Sequence[float], size: float, limit: float = COARSE) -> None:
+def require_close_grids(apart: Sequence[float], size: float, limit: float = COARSE) -> None:
     """Raise NoErrorEstimate if two grids differ by more than a fraction of the `size` of the result."""
     if max(apart) > limit * size:
         raise NoErrorEstimate(

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from softmark.interpreter.language.spatial_profiles import Profile
-from softmark.interpreter.models.shared.material_regions import some_cells
+from softmark.interpreter.models.shared.material_regions import mesh_of_cells
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.field_files import Image, load_field, read_field
@@ -59,7 +59,7 @@ def constant_values(constant: Any, X: Floats) -> Floats:
     return found
 
 
-def constants_of(case: Case) -> Any:
+def elastic_constants_function(case: Case) -> Any:
     """Return a function of points (n, 3) that gives Young's modulus and Poisson's ratio of a case."""
     material = case.material
     return lambda X: (constant_values(material.young, X), constant_values(material.poisson, X))
@@ -90,7 +90,7 @@ def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[di
     """
     worst, reason = 0.0, None
     for own, which in split_by_material(case, mesh):
-        part = some_cells(mesh.mesh, which)
+        part = mesh_of_cells(mesh.mesh, which)
         for name, rows, seen in _integrands(own, part, pressures):
             off = _largest_volume_error(seen, part)
             worst = max(worst, off)
@@ -110,7 +110,7 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
     from softmark.interpreter.models.shared import heterogeneous_material
 
     material = case.material
-    if (seen := heterogeneous_material.density_resolved(case, mesh)) is not None:
+    if (seen := heterogeneous_material.density_quadrature(case, mesh)) is not None:
         yield "density", lambda X: constant_values(material.density, X)[None], seen
     if (seen := heterogeneous_material.stiffness_of(case, mesh, pressures)) is None:
         return

@@ -92,7 +92,7 @@ class UnstableVolume:
         return {} if X is None else {"share": self.volume / volume, "at_m": X.tolist(), "stretches": s.tolist()}
 
 
-class Elliptic:
+class EllipticityTest:
     """Test of strong ellipticity."""
 
     def sound(self, material: Any) -> bool:
@@ -110,7 +110,7 @@ class Elliptic:
         return find_ellipticity_loss(law, F, held)
 
 
-class Drucker:
+class DruckerStabilityTest:
     """Test of Drucker's stability in Hencky strain."""
 
     def sound(self, material: Any) -> bool:
@@ -133,7 +133,10 @@ class Drucker:
         return find_instability(law, F, held)
 
 
-LOOKS: dict[str, Elliptic | Drucker] = {"gives_way": Elliptic(), "drucker": Drucker()}
+LOOKS: dict[str, EllipticityTest | DruckerStabilityTest] = {
+    "gives_way": EllipticityTest(),
+    "drucker": DruckerStabilityTest(),
+}
 
 
 def _law_and_constraint(

@@ -39,7 +39,7 @@ class MetricError:
     length: float | None = None  # m
 
 
-def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> MetricError | None:
+def time_step_error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> MetricError | None:
     """Return the estimated time-step error of a metric, or of the motion of a probe; None if it is not known."""
     if view.step_errors is None or (found := view.step_errors()) is None:
         return None
@@ -132,11 +132,13 @@ def _time_step_errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricErr
         if metric.thing.body_in(scene) not in (None, view.body):
             continue
         probe = view.probes.get(metric.thing.looked_at or "")
-        if (probe is not None or metric.thing.subject_name) and (found := error_of(view, metric.thing, probe)) is not None:
+        if (probe is not None or metric.thing.subject_name) and (
+            found := time_step_error_of(view, metric.thing, probe)
+        ) is not None:
             yield name, found
     if not metrics:
         for name, probe in view.probes.items():
-            if (found := error_of(view, None, probe)) is not None:
+            if (found := time_step_error_of(view, None, probe)) is not None:
                 yield name, found
 
 

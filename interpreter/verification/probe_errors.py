@@ -75,7 +75,9 @@ class ProbeResultUnderTest:
 
     def of(self, solution: Solution) -> ProbeResultUnderTest:
         """Return the result of the same probe for another solution, at the same times. Raises NoErrorEstimate."""
-        seen = replace(self, u=self._displacements_of_solution(solution), field=solution.displacement, history=solution.history)
+        seen = replace(
+            self, u=self._displacements_of_solution(solution), field=solution.displacement, history=solution.history
+        )
         return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
     def at(self, field: CachedField) -> ProbeResultUnderTest:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 STIFFER = 2.5  # factor on the relative volume error
 
 
-def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def region_border_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the error part due to material regions, as {part name: function of a probe result}.
 
     It is empty if the meshes follow the borders of the regions.

@@ -16,7 +16,7 @@ from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.problem.body_case import Case, RigidBodyContact
     from softmark.solvers.independent_forces.solid_forces import Floats
 
 EXACT = 1e-7  # relative to the forces on it: what may be left
@@ -49,7 +49,7 @@ def check_rigid_bodies(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[
     )
 
 
-def _loads(touch: Touch) -> Floats:
+def _loads(touch: RigidBodyContact) -> Floats:
     """Return the components of all loads on a rigid body along its free directions (k,), N.
 
     Raises NoIndependentFormula if its volume is not known.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.models.shared.rigid_contact_setup import size_of
-from softmark.interpreter.models.shared.self_contact_setup import pairs_on
+from softmark.interpreter.models.shared.self_contact_setup import create_pair_energies
 from softmark.interpreter.verification.facet_sweep import sample_facets, select_facets
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.self_contact_words import Tied
@@ -35,7 +35,7 @@ def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
     polygons.
     """
     found = {}
-    each: dict[str, Any] = pairs_on(case, mesh.mesh)
+    each: dict[str, Any] = create_pair_energies(case, mesh.mesh)
     for name, pair in each.items():
         g = np.zeros(u.size)
         if isinstance(declared := next(p.thing for p in case.pairs if p.name == name), Tied):

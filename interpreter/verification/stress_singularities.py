@@ -102,7 +102,7 @@ def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
             yield place_of(load), _points_along(load.thing.action, _edge_length(mesh))
 
 
-def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
+def load_of_unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
     """Return the point or line force that makes the displacement at X (n, 3), m, singular, or None.
 
     u (n, 3) or (t, n, 3), m, are the displacements there. The result is None also if refinement changes the
@@ -120,7 +120,7 @@ def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) 
     return None
 
 
-def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
+def load_of_unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
     """Return the point or line force whose work, J, makes a metric infinite under refinement, or None."""
     if mesh is None or not isinstance(metric, LoadWork | StrainEnergy):
         return None

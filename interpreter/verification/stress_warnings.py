@@ -68,7 +68,7 @@ def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
 
 def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
     """Yield warnings about displacements of a solid under a point or line force."""
-    from softmark.interpreter.verification.stress_singularities import place_of, unbounded_displacement
+    from softmark.interpreter.verification.stress_singularities import load_of_unbounded_displacement, place_of
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")
@@ -77,7 +77,7 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
         last = slice(-1 if metric.thing.last else 0, None)
         if seen.displacement is None:
             continue
-        if load := unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
+        if load := load_of_unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
             line = load.thing.action.length is not None or view.case.planar
             grows = "like the logarithm of 1/h" if line else "like 1/h"
             yield diagnostic(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-from softmark.interpreter.problem.body_case import Case, Touch
+from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.problem.mesh_group_conditions import (
     cell_membership,
     facet_membership,
@@ -77,7 +77,7 @@ def support_deviation(case: Case, mesh: DeformedMesh) -> tuple[float, str | None
     return worst, name
 
 
-def rigid_motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
+def rigid_motion(touch: RigidBodyContact) -> tuple[Floats, Floats, Floats]:
     """Return the motion of a rigid body: displacement, m, rotation vector, rad, and centre of rotation, m."""
     shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:

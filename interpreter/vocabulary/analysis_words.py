@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal, Self
 
 from softmark.interpreter.language.expression_evaluation import VectorValue
-from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.results.state_results import TimeState
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
@@ -126,8 +126,8 @@ class Quasistatic:
     def moments(self) -> tuple[float, ...]:
         """Times at which results are recorded, s."""
         if self.times is not None:
-            return tuple(map(Moment, self.times.values))
-        return tuple(Moment(self.duration * (i + 1) / USUAL) for i in range(USUAL))
+            return tuple(map(TimeState, self.times.values))
+        return tuple(TimeState(self.duration * (i + 1) / USUAL) for i in range(USUAL))
 
     @property
     def situations(self) -> tuple[float, ...] | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Self
 
-from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.results.state_results import TimeState
 from softmark.interpreter.vocabulary.amplitude_words import AtOneTime, PerState
 
 
@@ -15,7 +15,7 @@ def in_state_of_value(thing: Any, value: float) -> Any:
     Without `amplitude = per_state` it is unchanged. If `value` is a time of a quasistatic analysis, the result is
     scaled by the amplitude at that time, and its `amplitude` (`AtOneTime`) keeps the original at full size.
     """
-    if isinstance(value, Moment):
+    if isinstance(value, TimeState):
         full, amplitude = thing, thing.amplitude
         if amplitude is None or isinstance(amplitude, PerState):  # validation refuses `amplitude = per_state` here
             return thing

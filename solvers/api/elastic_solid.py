@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from softmark.ranges import Range
 from softmark.records import dataclass
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy
-from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_shapes_and_volumes
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for
-from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells, locate_points
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, integrate_cells, locate_points
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
 Where = Callable[[Floats], NDArray[np.bool_]]  # returns the mask (n,) of the selected points (n, 3), m
@@ -136,7 +136,7 @@ class Solid:
         return "the mesh spans " + ", ".join(f"{a:.6g} to {b:.6g} m" for a, b in zip(low, high, strict=True))
 
     @cached_property
-    def parts(self) -> Integration:
+    def parts(self) -> IntegrationPoints:
         """Gradients of the shape functions and volumes at the integration points."""
         return integrate_cells(self.mesh)
 
@@ -152,7 +152,7 @@ class Solid:
 
     def mass(self, lumped: bool = False) -> Any:
         """Return the mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,) if `lumped`."""
-        N, w = mass_points(self.points, self.mesh.cells, self.mesh.element)
+        N, w = mass_shapes_and_volumes(self.points, self.mesh.cells, self.mesh.element)
         form = lumped_mass if lumped else consistent_mass
         return form(self.mesh.cells, N, w, self.material.density, len(self.points))
 

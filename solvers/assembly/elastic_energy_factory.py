@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from softmark.solvers.assembly.pressure_predictor import MixedPoints, is_volumetric
+from softmark.solvers.assembly.pressure_predictor import ElasticWithGivenPressures, is_volumetric
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, EnergySum
 from softmark.solvers.energies.energy import Energy
-from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
+from softmark.solvers.materials import Isotropic, damping_tangents_for, law_for, shear_and_volume_laws
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.element_interpolation import Integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 
 
@@ -39,12 +39,15 @@ def elastic_parts(
     strain this is B-bar with the mean volumetric strain (Hughes 1980). At finite strain it is psi_lambda of the mean of
     F, which has an energy and a symmetric tangent, unlike F-bar (de Souza Neto et al. 1996).
     """
-    laws = parts_for(material, strain) if selective else None
+    laws = shear_and_volume_laws(material, strain) if selective else None
     if laws is None:
-        whole, _ = drags_for(material, strain) or (None, None)
+        whole, _ = damping_tangents_for(material, strain) or (None, None)
         return (replace(elastic, law=law_for(material, strain), drag=whole),)
     once, mean = mean_gradients(mesh, type(elastic) is not Elastic), _with_mean_moduli(material, elastic)
-    of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
+    of_volume, (_, volume) = (
+        shear_and_volume_laws(mean, strain) or laws,
+        damping_tangents_for(mean, strain) or (None, None),
+    )
     return replace(elastic, law=laws[0], drag=None), energy_at_other_points(elastic, mesh, once, of_volume[1], volume)
 
 
@@ -57,7 +60,9 @@ def _with_mean_moduli(material: Isotropic, elastic: Elastic) -> Isotropic:
     return average_moduli(material, elastic.w)
 
 
-def energy_at_other_points(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
+def energy_at_other_points(
+    elastic: Elastic, mesh: Mesh, at: IntegrationPoints, law: ElasticLaw, drag: Any = None
+) -> Elastic:
     """Return the energy of a law over the cells of `elastic`, at the integration points `at`.
 
     It is axisymmetric if `elastic` is. `drag` is the law used for stiffness-proportional damping.
@@ -76,8 +81,8 @@ def energy_at_other_points(elastic: Elastic, mesh: Mesh, at: Integration, law: E
 
 def _with_pressure_prediction(part: Elastic, material: Isotropic, strain: str) -> Elastic:
     """Return the energy in a form whose tangent can use predicted pressures; unchanged if it has no volumetric part."""
-    laws = parts_for(material, strain) if strain == "finite" else None
+    laws = shear_and_volume_laws(material, strain) if strain == "finite" else None
     if laws is None or not is_volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part
     volume = part.law if is_volumetric(part.law) else laws[1]
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=volume)
+    return ElasticWithGivenPressures(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=volume)

@@ -7,12 +7,12 @@ import numpy as np
 from softmark.solvers.elements import element_of
 from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 from softmark.solvers.materials.volumetric_constraints import MixedSplit as Split
-from softmark.solvers.mesh.element_interpolation import Integration
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
-def mixed_energy(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
+def mixed_energy(mesh: Mesh, parts: IntegrationPoints, split: Split, mu: float) -> MixedSolid:
     """Return the mixed energy of a mesh, whose unknowns are displacements followed by the element's pressures.
 
     `split` is the law split into a shape part and a volume constraint. The unit of pressures is the shear modulus `mu`,
@@ -27,7 +27,7 @@ def mixed_energy(mesh: Mesh, parts: Integration, split: Split, mu: float) -> Mix
     return MixedSolid(*body, *pair, at, N, len(mesh.points), mu, edge)
 
 
-def pressure_shapes(mesh: Mesh, parts: Integration) -> Floats:
+def pressure_shapes(mesh: Mesh, parts: IntegrationPoints) -> Floats:
     """Return the pressure shape functions (m, q, b) at integration points that differ from cell to cell.
 
     They are 1 for one pressure per cell. Else they are linear between corners, and are interpolated from their values

@@ -20,7 +20,7 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.materials.polar_decomposition import rotation
 from softmark.solvers.materials.tensor_components import (
-    add_cross,
+    add_tensor_cross_product,
     cofactor,
     components,
     determinant,
@@ -34,7 +34,7 @@ NEAR = 0.01  # relative to the volume: step of the difference quotient of U' for
 
 
 @dataclass(frozen=True)
-class MixedPoints(Elastic):
+class ElasticWithGivenPressures(Elastic):
     """`Elastic` energy whose tangent can use given pressures at its n integration points.
 
     `volume` is the volumetric part U(det F) of the law. `expected` (n,), Pa, are the given pressures U'. The term U'
@@ -46,7 +46,7 @@ class MixedPoints(Elastic):
     volume: ElasticLaw = field(kw_only=True)
     expected: Floats | None = None
 
-    def with_predicted_pressures(self, x: Floats, d: Floats) -> MixedPoints:
+    def with_predicted_pressures(self, x: Floats, d: Floats) -> ElasticWithGivenPressures:
         """Return the energy with the pressures U' + U'' cof F : dF that a step d from x predicts."""
         f, h = components(self.F(x)), components(self.F(d))
         cof = cofactor(f)
@@ -54,7 +54,7 @@ class MixedPoints(Elastic):
         grown = (inner(cof, h) - trace(cof)) / J  # cof F : dF over J, dF = h - I
         return replace(self, expected=self._volumetric_pressure(J) + self._volumetric_stiffness(J) * grown)
 
-    def with_corotational_pressures(self, x: Floats) -> MixedPoints:
+    def with_corotational_pressures(self, x: Floats) -> ElasticWithGivenPressures:
         """Return the energy with the pressures of a corotational law at x: lam tr(S - I), with F = R S."""
         F = self.F(x)
         f = components(F)
@@ -95,7 +95,7 @@ class MixedPoints(Elastic):
         F = self.F(x)
         f, more = components(F), self.expected - self._volumetric_pressure(np.linalg.det(F))
         H = np.zeros((9, 9, len(F)), dtype=F.dtype)
-        add_cross(H, f * more)
+        add_tensor_cross_product(H, f * more)
         A = np.empty((len(F), 3, 3, 3, 3), dtype=F.dtype)
         write_symmetric(H, A)
         self.add_moduli(A, slice(None), data, slots, scale)
@@ -148,7 +148,7 @@ def _zero_pressure_energy(energy: Energy) -> Energy:
         return EnergyWithoutPressure(energy)
     if isinstance(energy, MeanDilatation):
         return energy.without_pressure_stress()
-    if isinstance(energy, MixedPoints):
+    if isinstance(energy, ElasticWithGivenPressures):
         return replace(energy, expected=np.zeros(energy.w.size, dtype=energy.w.dtype))
     return energy
 
@@ -168,18 +168,22 @@ def _can_use_pressures(energy: Energy) -> bool:
     """Return whether an energy can use predicted pressures."""
     if isinstance(energy, EnergySum):
         return any(_can_use_pressures(part) for part in energy.parts)
-    return isinstance(energy, MixedPoints | MeanDilatation)
+    return isinstance(energy, ElasticWithGivenPressures | MeanDilatation)
 
 
 def _energy_with_predicted_pressures(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     """Return an energy whose tangent uses predicted pressures (see `with_predicted_pressures`)."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_energy_with_predicted_pressures(part, x, d) for part in energy.parts))
-    if not isinstance(energy, MixedPoints | MeanDilatation):
+    if not isinstance(energy, ElasticWithGivenPressures | MeanDilatation):
         return energy
     if d is not None:
         return energy.with_predicted_pressures(x, d)
-    return energy.with_constraint_pressures(CorotationalDilatation(), x) if isinstance(energy, MeanDilatation) else energy.with_corotational_pressures(x)
+    return (
+        energy.with_constraint_pressures(CorotationalDilatation(), x)
+        if isinstance(energy, MeanDilatation)
+        else energy.with_corotational_pressures(x)
+    )
 
 
 def is_volumetric(law: ElasticLaw) -> bool:

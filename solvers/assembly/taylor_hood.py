@@ -8,13 +8,13 @@ import numpy as np
 
 from softmark.solvers.elements import element_of
 from softmark.solvers.energies.poroelastic import PermeabilityLaw, PoroelasticSolid
-from softmark.solvers.mesh.element_interpolation import Integration
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
 def poroelastic_energy(
-    mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: PermeabilityLaw, turns: bool
+    mesh: Mesh, parts: IntegrationPoints, pair: Any, mu: float, pores: PermeabilityLaw, turns: bool
 ) -> PoroelasticSolid:
     """Return the energy of a porous solid, whose unknowns are displacements followed by pore pressures.
 

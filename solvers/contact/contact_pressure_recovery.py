@@ -121,9 +121,9 @@ class ContactPressure:
 
         These are the facets on which contact forces act, and the facets that have no corner in contact.
         """
-        some = (self._assigned_corners & self.contact_node_mask[self.corners]).any(axis=1) | ~self.contact_node_mask[self.corners].any(
-            axis=1
-        )
+        some = (self._assigned_corners & self.contact_node_mask[self.corners]).any(axis=1) | ~self.contact_node_mask[
+            self.corners
+        ].any(axis=1)
         found: Ints = self.facets[some][:, np.array(self._facet_class.triangles)].reshape(-1, 3)
         return found
 

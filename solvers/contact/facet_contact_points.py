@@ -52,7 +52,7 @@ def add_points_inside_facets(
     return replace(touching, A=areas[own], of=of[own], shares=shares[own], at_rest=at_rest[own])
 
 
-def select_penetrating_facets(
+def make_searched_facets(
     points: Floats, facets: Ints, steps: int, flat: bool = False, depth: float = 0.0
 ) -> SearchedFacets:
     """Return the facets (f, a) to search for penetration between the points of a lattice with `steps` steps.

@@ -320,7 +320,9 @@ def _planes_at_deepest_points(contact: RigidContact, parts: FacetParts, where: F
 
     t (k, m) are the coordinates of the deepest points of the regions, and g (k,), m, their gaps.
     """
-    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.neighbour_offsets))
+    x, y = (
+        np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.neighbour_offsets)
+    )
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:
         n[:, :, 2] = 0.0
@@ -343,7 +345,9 @@ def _planes_at_region_borders(contact: RigidContact, parts: FacetParts, where: F
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
     c, n = (own[which] for own in contact.added_point_planes(contact.body))
     t, _ = _find_deepest_points(parts, where, lambda y: np.asarray(np.linalg.norm(y - c[:, None], axis=2)))
-    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.neighbour_offsets))
+    x, y = (
+        np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.neighbour_offsets)
+    )
     normals = np.array([_component_perpendicular_to_region(*both) for both in zip(y - x, n, strict=True)])
     return (t, np.full((len(t), 2, 2), np.nan)), c, normals / np.linalg.norm(normals, axis=1)[:, None]
 

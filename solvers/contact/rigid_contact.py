@@ -91,7 +91,9 @@ class RigidContact(Energy):
             return self
         on = np.isin(self.extra.which, self.loaded_regions(x))
         return (
-            self if on.all() else self.with_added_points(self.extra.select_points(np.flatnonzero(on)) if on.any() else None, x)
+            self
+            if on.all()
+            else self.with_added_points(self.extra.select_points(np.flatnonzero(on)) if on.any() else None, x)
         )
 
     @cached_property

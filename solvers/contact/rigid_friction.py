@@ -286,7 +286,9 @@ class RigidFriction(RigidContact):
         found = super().value(x)
         if self.lag is None:
             return found
-        return found + float(self.A @ Slip.of(self.vectors_from_anchors(x, self.lag.n)[1], self.lag.most, self.spring).energy)
+        return found + float(
+            self.A @ Slip.of(self.vectors_from_anchors(x, self.lag.n)[1], self.lag.most, self.spring).energy
+        )
 
     def gap_hessian_pressures(self, g: Floats) -> Floats:
         """Return the pressures (p,), Pa, that multiply the gap Hessian in the tangent, at gaps g (p,), m.

@@ -63,5 +63,10 @@ class AddedContactPoints:
     def select_points(self, which: Ints) -> AddedContactPoints:
         """Return the selected points, with the indices `which` (k,)."""
         return AddedContactPoints(
-            self.points.select_points(which), self.which[which], self.t[which], self.ways[which], self.c[which], self.n[which]
+            self.points.select_points(which),
+            self.which[which],
+            self.t[which],
+            self.ways[which],
+            self.c[which],
+            self.n[which],
         )

@@ -9,7 +9,7 @@ from softmark.records import dataclass
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
 from softmark.solvers.dynamics.load_amplitudes import constant_step_load
-from softmark.solvers.dynamics.trapezoidal_rule import mean_stage
+from softmark.solvers.dynamics.trapezoidal_rule import trapezoidal_stage
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
@@ -38,7 +38,7 @@ class BDF2:
         now, before = past.now, past.before
         impact = system.forces.impact
         if before is None:
-            return system.solve(mean_stage(system, now, step))
+            return system.solve(trapezoidal_stage(system, now, step))
         if impact is not None and impact.contact_changed(before, now):
             return ImplicitEuler().advance(system, past, step)
         ratio = step / (now.time - before.time)

@@ -100,7 +100,7 @@ def average_over_steps(steps: Floats, values: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class ContactSurface:
+class ContactSurfaceState:
     """Contact surface at one time, with its s nodes.
 
     u (s, 3), m, are displacements, f (s,), N, contact forces and g (s,), m, gaps. For contact between deformable
@@ -122,9 +122,9 @@ class SurfaceRecord:
         self.nodes: list[Ints] = [np.unique(c.facets) for c in contacts if c.facets is not None]
         self.whole = len(self.nodes) == len(contacts)
         self.nodes += [np.unique(c.skin.M.indices // 3).astype(np.int64) for c in meets]
-        self.kept: list[tuple[int, tuple[ContactSurface, ...]]] = []
+        self.kept: list[tuple[int, tuple[ContactSurfaceState, ...]]] = []
         self.every, self.count = 1, 0
-        self._last: tuple[float, tuple[ContactSurface, ...]] | None = (
+        self._last: tuple[float, tuple[ContactSurfaceState, ...]] | None = (
             None  # preceded by the length of the step before it, s
         )
         self._mean: list[Floats] = []  # contact forces at the last time but one
@@ -142,36 +142,39 @@ class SurfaceRecord:
             self._store_surfaces(states)
         self._last = step, now
 
-    def _store_surfaces(self, states: tuple[ContactSurface, ...]) -> None:
+    def _store_surfaces(self, states: tuple[ContactSurfaceState, ...]) -> None:
         """Store the surfaces of a time, and thin out the record if it is full."""
         if self.count % self.every == 0:
-            made = tuple(ContactSurface(s.u, f, s.g) for s, f in zip(states, self._mean, strict=True))
+            made = tuple(ContactSurfaceState(s.u, f, s.g) for s, f in zip(states, self._mean, strict=True))
             self.kept.append((self.count, made))
             if len(self.kept) > MOST:
                 self.kept, self.every = self.kept[::2], 2 * self.every
         self.count += 1
 
     @property
-    def states(self) -> list[tuple[int, tuple[ContactSurface, ...]]]:
+    def states(self) -> list[tuple[int, tuple[ContactSurfaceState, ...]]]:
         """Recorded states and the last one; contact forces there are means of the last two steps."""
         if self._last is None:
             return []
         last = self._last[1]
         means = self._mean or [s.f for s in last]
-        return [*self.kept, (self.count, tuple(ContactSurface(s.u, f, s.g) for s, f in zip(last, means, strict=True)))]
+        return [
+            *self.kept,
+            (self.count, tuple(ContactSurfaceState(s.u, f, s.g) for s, f in zip(last, means, strict=True))),
+        ]
 
 
-def _rigid_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurface:
+def _rigid_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurfaceState:
     """Return the contact surface of a rigid contact in a state x."""
     u = x[3 * nodes[:, None] + np.arange(3)]
     g = np.full(len(nodes), np.inf)
     g[np.searchsorted(nodes, contact.nodes)] = contact.nodal_gaps(x)
-    return ContactSurface(u, contact.presses(x, int(nodes.max()) + 1)[nodes], g)
+    return ContactSurfaceState(u, contact.presses(x, int(nodes.max()) + 1)[nodes], g)
 
 
-def _pair_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurface:
+def _pair_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurfaceState:
     """Return the contact surfaces of a contact between deformable bodies in a state x."""
     g = np.zeros(len(x))
     getattr(contact, "pressing", contact).add_gradient(x, g)
     where = 3 * nodes[:, None] + np.arange(3)
-    return ContactSurface(x[where], -g[where], np.zeros(0))
+    return ContactSurfaceState(x[where], -g[where], np.zeros(0))

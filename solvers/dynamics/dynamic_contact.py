@@ -330,7 +330,9 @@ class ContactsAtTime:
         for contact, slots in zip(self.posed, self.slots, strict=True):
             contact.add_hessian(x, data, slots, scale, projected)
 
-    def with_deformable_stiffness(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
+    def with_deformable_stiffness(
+        self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool
+    ) -> sparse.csr_matrix:
         """Return the matrix J (free, free) plus `scale` times the stiffness of deformable contacts, which adds entries.
 
         `free` are the numbers of the free degrees of freedom.

@@ -177,7 +177,9 @@ class DynamicSystem:
         a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._factorised_mass.solve(f)
         return replace(motion, a=a, factors=factors)
 
-    def final_acceleration_and_velocity(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
+    def final_acceleration_and_velocity(
+        self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats
+    ) -> tuple[Floats, Floats]:
         """Return acceleration and velocity at the end of an explicit step, at `time`, s, in the state x.
 
         `half` is the velocity in the middle of the step, and `factors` (l,) are the load factors at its end.

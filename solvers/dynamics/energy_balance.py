@@ -37,8 +37,12 @@ class EnergyBalance:
     def facts(self) -> dict[str, float | bool]:
         """Return the `energy` part of the reported facts of a solution."""
         return {
-            "drift": self.drift, "gained": self.has_excessive_gain, "gain": self.gain, "loss": self.loss, "scale_J": self.scale,
-        }  # fmt: skip
+            "drift": self.drift,
+            "gained": self.has_excessive_gain,
+            "gain": self.gain,
+            "loss": self.loss,
+            "scale_J": self.scale,
+        }
 
 
 class EnergyAccount:

@@ -173,7 +173,9 @@ class StageTrial:
     @cached_property
     def r(self) -> Floats:
         """Residual force (free,), N."""
-        r: Floats = (self.linear_forces + self.balance.weight * self.force.total + self.contact_gradient)[self.balance.forces.free]
+        r: Floats = (self.linear_forces + self.balance.weight * self.force.total + self.contact_gradient)[
+            self.balance.forces.free
+        ]
         return r
 
     @cached_property
@@ -399,7 +401,11 @@ class StageEquations:
         if turning is not None:
             v = stage.speed + stage.B * (x - stage.coast)
             self.forces.add_rotational_blocks(J.data, turning.tangent(stage, x, v))
-        return J if self.touches is None else self.touches.with_deformable_stiffness(x, J, self.forces.free, stage.touch, projected)
+        return (
+            J
+            if self.touches is None
+            else self.touches.with_deformable_stiffness(x, J, self.forces.free, stage.touch, projected)
+        )
 
     def _line_search(self, trial: StageTrial, d: Floats, cycles: bool) -> tuple[StageTrial, float] | None:
         """Return the trial after a fraction of a step d that lowers the potential enough, and the fraction.
@@ -433,7 +439,9 @@ class StageEquations:
         """Return the increase of the incremental potential from `here` to `there`, J."""
         free = self.forces.free
         step = (there.x - here.x)[free]
-        quadratic = 0.5 * float(step @ (here.linear_forces + there.linear_forces)[free])  # exact: its gradient is linear
+        quadratic = 0.5 * float(
+            step @ (here.linear_forces + there.linear_forces)[free]
+        )  # exact: its gradient is linear
         weight = 1.0 / self.share if self.stage.between else self.share
         rise = quadratic + weight * (there.potential - here.potential)
         return rise if self.touches is None else rise + self.stage.touch * (there.stored - here.stored)

@@ -28,7 +28,7 @@ class MassShape(Protocol):
         """Return the derivatives dN/dxi (q, a, 3) at local points xi (q, 3)."""
 
 
-def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[Floats, Floats]:
+def mass_shapes_and_volumes(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[Floats, Floats]:
     """Return shape functions N (q, a) and volumes w (m, q), m^3, at the quadrature points of the mass matrix.
 
     They integrate products of shape functions, which needs more points than the stiffness: one point is exact for the
@@ -55,7 +55,7 @@ def cell_mass_matrices(N: Floats, w: Floats, density: float) -> Floats:
 def consistent_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None) -> sparse.csr_matrix:
     """Return M_ab = density * sum over points of w N_a N_b, for each of three directions (3 nodes, 3 nodes), kg.
 
-    Source: Archer 1963; `N`, `w` as from `mass_points`; N are (m, q, a) if each cell has its own points.
+    Source: Archer 1963; `N`, `w` as from `mass_shapes_and_volumes`; N are (m, q, a) if each cell has its own points.
     """
     count = int(cells.max()) + 1 if nodes is None else nodes
     local = cell_mass_matrices(N, w, density)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
 from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
-from softmark.solvers.dynamics.trapezoidal_rule import mean_stage
+from softmark.solvers.dynamics.trapezoidal_rule import trapezoidal_stage
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
@@ -40,7 +40,7 @@ class Newmark:
         Average acceleration uses the trapezoidal rule, whose damping never adds energy.
         """
         if (self.beta, self.gamma) == (0.25, 0.5):
-            return system.solve(mean_stage(system, past.now, step))
+            return system.solve(trapezoidal_stage(system, past.now, step))
         load = system.forces.step_load(past.now.time, past.now.time + step, self.gamma)
         return system.solve(newmark_stage(system, past.now, step, load, self.beta, self.gamma))
 

@@ -86,7 +86,7 @@ def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step
     drag = problem.damping.alpha + problem.damping.beta * w**2
     with np.errstate(over="ignore", invalid="ignore"):
         exact = _exact_modal_motion(w, drag, pushes, amplitudes, speed, times)
-        own = recurrence(_Modal(w, problem.damping.alpha, drag, pushes, amplitudes), speed, times)
+        own = recurrence(_ModalEquations(w, problem.damping.alpha, drag, pushes, amplitudes), speed, times)
     if not (np.all(np.isfinite(exact)) and np.all(np.isfinite(own))):
         return None
     whole = np.zeros((forces.dofs, len(w)))
@@ -177,7 +177,7 @@ def _ritz_vectors(
 
 
 @dataclass(frozen=True)
-class _Modal:
+class _ModalEquations:
     """Modal equations q'' + drag q' + w^2 q = pushes @ amplitudes(t) of k modes under l loads."""
 
     w: Floats  # (k,) rad/s
@@ -201,7 +201,7 @@ def _exact_modal_motion(
     w: Floats, drag: Floats, pushes: Floats, amplitudes: list[Amplitude], speed: Floats, times: Floats
 ) -> Floats:
     """Return the modal displacements (t, k), exact for loads that are linear in each part of a step."""
-    modal, z = _Modal(w, 0.0, drag, pushes, amplitudes), np.zeros((len(w), 2))
+    modal, z = _ModalEquations(w, 0.0, drag, pushes, amplitudes), np.zeros((len(w), 2))
     z[:, 1] = speed
     steady = all(isinstance(c, Constant) for c in amplitudes)
     parts = 1 if steady else PARTS
@@ -230,7 +230,7 @@ def _modal_propagators(w: Floats, drag: Floats, h: float) -> Floats:
     return E
 
 
-Recurrence = Callable[[_Modal, Floats, Floats], Floats]
+Recurrence = Callable[[_ModalEquations, Floats, Floats], Floats]
 
 
 def _select_integration(integrator: Integrator) -> Recurrence | None:
@@ -258,7 +258,7 @@ def _select_integration(integrator: Integrator) -> Recurrence | None:
     return None
 
 
-def _advance_trapezoidal(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
+def _advance_trapezoidal(modal: _ModalEquations, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
     """Return modal displacements and velocities (k,) after a trapezoidal step under the mean load F (k,)."""
     w, c = modal.w, modal.drag
     rest = (1.0 / h - 0.5 * c) * v - w**2 * x - 0.25 * h * w**2 * v + F
@@ -266,7 +266,7 @@ def _advance_trapezoidal(modal: _Modal, x: Floats, v: Floats, F: Floats, h: floa
     return x + 0.5 * h * (v + end), end
 
 
-def _integrate_trapezoidal(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_trapezoidal(modal: _ModalEquations, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by the trapezoidal rule."""
     x, v = np.zeros_like(speed), speed
     found = [x]
@@ -276,7 +276,7 @@ def _integrate_trapezoidal(modal: _Modal, speed: Floats, times: Floats) -> Float
     return np.array(found)
 
 
-def _integrate_euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_euler(modal: _ModalEquations, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by the implicit Euler method."""
     x, v = np.zeros_like(speed), speed
     found = [x]
@@ -288,7 +288,7 @@ def _integrate_euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     return np.array(found)
 
 
-def _integrate_bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_bdf2(modal: _ModalEquations, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by the second backward difference formula."""
     x, v, last, length = np.zeros_like(speed), speed, np.zeros_like(speed), 0.0
     before: tuple[Floats, Floats] | None = None
@@ -311,7 +311,7 @@ def _integrate_bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 
 
 def _integrate_newmark(
-    modal: _Modal, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0,
+    modal: _ModalEquations, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0,
     f: float = 0.0,
 ) -> Floats:  # fmt: skip
     """Return the modal displacements (t, k) by Newmark's formulas with alpha_m = m and alpha_f = f."""
@@ -335,7 +335,7 @@ def _integrate_newmark(
     return np.array(found)
 
 
-def _integrate_central_differences(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_central_differences(modal: _ModalEquations, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by central differences."""
     w, alpha = modal.w, modal.alpha
     x, v, a = np.zeros_like(speed), speed, modal.initial_accelerations(speed)

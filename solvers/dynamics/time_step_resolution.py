@@ -75,7 +75,7 @@ def find_resolution(problem: Dynamics, points: Floats, duration: float, step: fl
 
     Returns None if loads excite only rigid motion, or the vibration is not found.
     """
-    w = loaded_frequency(DynamicForces(problem), problem, points)
+    w = lowest_excited_frequency(DynamicForces(problem), problem, points)
     return None if w is None else resolve_vibration(problem.integrator, problem.damping, w, duration, step)
 
 
@@ -157,7 +157,7 @@ def _newmark_amplification(beta: float, gamma: float, m: float, f: float, wh: fl
 # ------------------------------------------------------------------ bodies
 
 
-def loaded_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -> float | None:
+def lowest_excited_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -> float | None:
     """Return the angular frequency, rad/s, of the lowest mode that loads, supports or the initial velocity excite."""
     free = forces.free
     K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free

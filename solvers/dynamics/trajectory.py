@@ -15,7 +15,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.statics import static_problem
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.contact_output import ContactResultant, ContactSurface
+    from softmark.solvers.dynamics.contact_output import ContactResultant, ContactSurfaceState
     from softmark.solvers.dynamics.dynamic_contact import FrictionResult, ImpactEvent
 
 NOTHING = EnergyAccount().balance  # of no motion
@@ -55,7 +55,7 @@ class ContactHistory:
     """
 
     acts: tuple[tuple[ContactResultant, ...], ...]
-    surfaces: tuple[tuple[int, tuple[ContactSurface, ...]], ...]
+    surfaces: tuple[tuple[int, tuple[ContactSurfaceState, ...]], ...]
     nodes: tuple[Ints, ...]
     impulses: Floats
     change: Floats

@@ -30,10 +30,10 @@ class Trapezoidal:
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
         """Return the motion after one step of average acceleration."""
-        return system.solve(mean_stage(system, past.now, step))
+        return system.solve(trapezoidal_stage(system, past.now, step))
 
 
-def mean_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
+def trapezoidal_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
     """Return the stage equations M (v1 - v0) / h + C (v0 + v1) / 2 + (f0 + f1) / 2 = 0.
 
     They are Newmark's formulas for beta = 1/4 and gamma = 1/2 with the acceleration of the start inserted. The energy

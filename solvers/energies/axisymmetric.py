@@ -99,7 +99,9 @@ class AxisymmetricElastic(Elastic):
 
         It is the sum of the shape-function gradients and of the hoop terms N_a / r.
         """
-        return super()._gradient_per_displacement + float(np.abs(self._required_hoop_terms).sum(axis=2).max(initial=0.0))
+        return super()._gradient_per_displacement + float(
+            np.abs(self._required_hoop_terms).sum(axis=2).max(initial=0.0)
+        )
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal forces of whole rings, N, caused by stresses P (m q, 3, 3), Pa, to g."""

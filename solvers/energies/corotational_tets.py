@@ -20,7 +20,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies import displacement_gradient_scaling
 from softmark.solvers.energies.energy import Floats, Ints, LaggedTangentEnergy
 from softmark.solvers.energies.matrix_decompositions import Nine, nearest_rotation, orthogonalise, set_above_identity
-from softmark.solvers.runtime.kernel_cache import kernel, part
+from softmark.solvers.runtime.kernel_cache import kernel, kernel_part
 
 Rows = NDArray[np.int32]
 VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # flags: results of one pass over the cells
@@ -161,7 +161,7 @@ class CorotationalTets(LaggedTangentEnergy):
         return rows
 
 
-@part
+@kernel_part
 def cofactor(
     a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float, a22: float
 ) -> Nine:
@@ -173,7 +173,7 @@ def cofactor(
     )  # fmt: skip
 
 
-@part
+@kernel_part
 def invariants(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float
 ) -> tuple[float, float, float]:
@@ -190,7 +190,7 @@ def invariants(
     return norm, det, 4.0 * square * (s * s) * (s * s)
 
 
-@part
+@kernel_part
 def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) -> None:
     """Compute the sums x (count,) of principal stretches of F/|F|: the largest roots of (x^2 - 1)^2 = 8 det x + q.
 
@@ -210,7 +210,7 @@ def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) ->
             break
 
 
-@part
+@kernel_part
 def rotation(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
     norm: float, det: float, x: float, step: float, memory: Floats,
@@ -276,7 +276,7 @@ def rotation(
     return nearest_rotation(memory)
 
 
-@part
+@kernel_part
 def _scaled_symmetric_inverse(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
@@ -304,7 +304,7 @@ def _scaled_symmetric_inverse(
     return y00, y11, y22, y01, y02, y12
 
 
-@part
+@kernel_part
 def _gather_deformation_gradients(
     u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
 ) -> None:  # fmt: skip
@@ -342,7 +342,7 @@ def has_no_inverted_cell(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
     return True
 
 
-@part
+@kernel_part
 def _add_cell_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None:
     """Add the nodal forces P dN/dX of one cell; the stress P is already multiplied by the cell volume."""
     p00, p01, p02, p10, p11, p12, p20, p21, p22 = P
@@ -363,7 +363,7 @@ def _add_cell_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) ->
     forces[node, 2] -= z
 
 
-@part
+@kernel_part
 def _fill_stiffness_blocks(
     e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
 ) -> None:
@@ -396,7 +396,7 @@ def _fill_stiffness_blocks(
             block[a + 1, b + 1, 2, 2] = along + l2 * q2 + s0 * m12 - s1 * m02
 
 
-@part
+@kernel_part
 def _complete_stiffness_blocks(block: Floats) -> None:
     """Fill the remaining blocks of a cell, by symmetry and because its rows and columns sum to zero (node 0)."""
     for i in range(3):
@@ -415,7 +415,7 @@ def _complete_stiffness_blocks(block: Floats) -> None:
             block[0, 0, i, k] = -(block[1, 0, i, k] + block[2, 0, i, k] + block[3, 0, i, k])
 
 
-@part
+@kernel_part
 def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
     """Add the blocks of one cell to the matrix values, three adjacent entries at a time (unsigned: no sign test)."""
     for a in range(4):
@@ -428,7 +428,7 @@ def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
                     data[at + np.uint64(2)] += block[a, b, i, 2]
 
 
-@part
+@kernel_part
 def _scatter_entries(e: int, places: Rows, block: Floats, data: Floats) -> None:
     """Add the blocks of one cell to the matrix values, one entry at a time."""
     for a in range(4):

@@ -36,7 +36,7 @@ def find_scale(reach: float, linear: bool, largest: Callable[[float], float], ki
     return float(2.0 ** min(np.floor(np.log2(SMALL / there)), most)) if 0.0 < there < SMALL else 1.0
 
 
-def is_relaxed(law: Any, many: int = 1) -> bool:
+def has_no_rest_stress(law: Any, many: int = 1) -> bool:
     """Return whether a law has zero stress in the undeformed state.
 
     `many` is the number of points if the constants of the law differ from point to point, else 1.
@@ -67,7 +67,7 @@ def first_piola_stress(law: Any, H: Floats) -> Floats:
     """
     reach = float(np.abs(H).max(initial=0.0))
     up = 1.0
-    if 0.0 < reach < SLIGHT and is_relaxed(law, len(H)):
+    if 0.0 < reach < SLIGHT and has_no_rest_stress(law, len(H)):
         up = find_scale(reach, is_linear(law, len(H)), lambda c: c * reach)
     P: Floats = law.P(np.ascontiguousarray(up * H + np.eye(3))) / up
     return P

@@ -151,7 +151,9 @@ class Elastic(Energy):
 
     @cached_property
     def _is_stress_free_at_rest(self) -> bool:
-        return displacement_gradient_scaling.is_relaxed(self.law, self.w.size if self.has_varying_constants else 1)
+        return displacement_gradient_scaling.has_no_rest_stress(
+            self.law, self.w.size if self.has_varying_constants else 1
+        )
 
     @cached_property
     def _linear(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.energies.corotational_tets import cofactor
-from softmark.solvers.runtime.kernel_cache import kernel, maker, part
+from softmark.solvers.runtime.kernel_cache import allocating_kernel, kernel, kernel_part
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,7 +42,7 @@ def add_forces(P: Floats, cells: Ints, dNdX: Floats, w: Floats, scale: float, g:
                     g[cells[e, a], i] += factor * value
 
 
-@maker
+@allocating_kernel
 def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints, data: Floats) -> None:
     """Add the stiffness of tensors A = dP/dF (m, q, 3, 3, 3, 3), Pa, to the matrix values `data`, N/m.
 
@@ -74,7 +74,7 @@ def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints,
         _scatter_block(e, block, slots, data)
 
 
-@part
+@kernel_part
 def _scatter_block(e: int, block: Floats, slots: Ints, data: Floats) -> None:
     """Add the block (3a, 3a) of cell e, given by its 3x3 blocks on and above the diagonal, to the matrix values.
 
@@ -160,7 +160,7 @@ def add_invariant_forces(
                 g[node, 2] += p20 * g0 + p21 * g1 + p22 * g2
 
 
-@maker
+@allocating_kernel
 def add_invariant_stiffness(
     h: Floats, j: Floats, a: Floats, s: Floats, c: Floats, d: Floats, dNdX: Floats, w: Floats, begin: int,
     scale: float, slots: Ints, data: Floats,
@@ -185,7 +185,7 @@ def add_invariant_stiffness(
         _scatter_block(e, block, slots, data)
 
 
-@part
+@kernel_part
 def _compute_node_vectors(
     h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats
 ) -> None:
@@ -215,7 +215,7 @@ def _compute_node_vectors(
         v[5, 0], v[5, 1], v[5, 2] = mixed * t0, mixed * t1, mixed * t2
 
 
-@part
+@kernel_part
 def _fill_node_blocks(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
     """Fill the 3x3 blocks of a cell on and above the diagonal from the vectors of `_compute_node_vectors`.
 

@@ -10,14 +10,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.runtime.kernel_cache import part
+from softmark.solvers.runtime.kernel_cache import kernel_part
 
 Floats = NDArray[np.float64]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 SWEEPS = 30  # six suffice: convergence is quadratic
 
 
-@part
+@kernel_part
 def orthogonalise(M: Floats) -> None:
     """Rotate the columns of M (6, 3) until those in the first three rows are orthogonal.
 
@@ -46,7 +46,7 @@ def orthogonalise(M: Floats) -> None:
             break
 
 
-@part
+@kernel_part
 def nearest_rotation(M: Floats) -> Nine:
     """Return the rotation R that maximises tr(R^T F), row by row, from U S and V in M (6, 3) (`orthogonalise`).
 
@@ -88,7 +88,7 @@ def nearest_rotation(M: Floats) -> Nine:
     )  # fmt: skip
 
 
-@part
+@kernel_part
 def set_above_identity(
     M: Floats, a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float,
     a22: float,

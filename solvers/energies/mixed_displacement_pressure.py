@@ -143,7 +143,9 @@ class MixedSolid(Energy):
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
         """Add the blocks int N_b dg/du, on both sides of the diagonal, and the pressure block -int N_a N_b / M."""
-        rows = self._shape_energy.derivative_by_displacements(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
+        rows = self._shape_energy.derivative_by_displacements(
+            self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3)
+        )
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
         C = self.Np.swapaxes(-1, -2) @ ((self.w * self.compliance)[:, :, None] * self.Np)
         add_blocks(scale * B, slots[:, :width, width:], data)

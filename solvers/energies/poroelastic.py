@@ -247,8 +247,19 @@ class PoreFluid(EnergyHistory):
             pumped += AFTER * self.stage.pumped
             rough = 0.5 * float(np.abs(self.stage.gained - (now - owed)).sum())
         passed = self.passed + 0.5 * float(np.abs(out - self.out).sum())
-        return replace(self, account=now, volumes=V, out=out, lost=lost, pore_pressure_work=pumped, moved=whole, passed=passed,
-                       pressed=pressed, rough=rough, stage=None)  # fmt: skip
+        return replace(
+            self,
+            account=now,
+            volumes=V,
+            out=out,
+            lost=lost,
+            pore_pressure_work=pumped,
+            moved=whole,
+            passed=passed,
+            pressed=pressed,
+            rough=rough,
+            stage=None,
+        )
 
     @property
     def _volume_tolerance(self) -> float:

@@ -24,8 +24,8 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_rotation import (
     PRODUCT,
     ROTATION,
-    half_angle,
-    half_angle_slopes,
+    half_angle_over_sine,
+    half_angle_ratio_derivatives,
     outer,
     relative_rotation,
     rotation,
@@ -148,12 +148,12 @@ class ElementRotations:
     @cached_property
     def h(self) -> Floats:
         """Half the relative rotation angle divided by its sine, h = atan2(|v|, s) / |v|, (n,)."""
-        return half_angle(self.c)
+        return half_angle_over_sine(self.c)
 
     @cached_property
     def h_slopes(self) -> tuple[Floats, Floats]:
         """First and second derivative of h by |v|^2, each (n,)."""
-        return half_angle_slopes(self.c, self.h)
+        return half_angle_ratio_derivatives(self.c, self.h)
 
     @cached_property
     def theta(self) -> Floats:

@@ -93,7 +93,7 @@ def exponential(phi: Floats) -> Floats:
 def logarithm(q: Floats) -> Floats:
     """Return rotation vectors (..., 3), rad, at most pi long, of quaternions (..., 4)."""
     c = np.where(q[..., :1] < 0.0, -q, q)
-    return np.asarray(2 * half_angle(c)[..., None] * c[..., 1:])
+    return np.asarray(2 * half_angle_over_sine(c)[..., None] * c[..., 1:])
 
 
 def interpolate_rotation(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
@@ -101,15 +101,15 @@ def interpolate_rotation(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
     return product(q_a, exponential(t[..., None] * logarithm(product(conjugate(q_a), q_b))))
 
 
-def half_angle(c: Floats) -> Floats:
+def half_angle_over_sine(c: Floats) -> Floats:
     """Return h = atan2(|v|, s) / |v| of quaternions c = (s, v) (..., 4) with s >= 0."""
     v = c[..., 1:]
     size = np.maximum(np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150)  # lower bound against 0 / 0
     return np.asarray(np.arctan2(size, c[..., 0]) / size)
 
 
-def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
-    """Return dh/dm and d2h/dm2 of h = `half_angle` with m = |v|^2."""
+def half_angle_ratio_derivatives(c: Floats, h: Floats) -> tuple[Floats, Floats]:
+    """Return dh/dm and d2h/dm2 of h = `half_angle_over_sine` with m = |v|^2."""
     s, m = c[..., 0], np.einsum("...i,...i->...", c[..., 1:], c[..., 1:])
     squared = s * s
     small = m < _SMALL * squared
@@ -124,7 +124,7 @@ def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
 
 
 def _half_angle_series(s: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Return `half_angle_slopes` from power series in z = |v|^2 / s^2, for quaternions (s, v)."""
+    """Return `half_angle_ratio_derivatives` from power series in z = |v|^2 / s^2, for quaternions (s, v)."""
     powers = np.ones((*z.shape, 16))
     square = z[..., None]
     for k in (1, 2, 4, 8):

@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.runtime.kernel_cache import maker
+from softmark.solvers.runtime.kernel_cache import allocating_kernel
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
     return stiffness
 
 
-@maker
+@allocating_kernel
 def add_spring_forces(u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, scale: float, g: Floats) -> None:
     """Add the nodal forces of springs, N, to g (nodes, 3): scale k (l - l0) n at end b and the opposite at end a.
 
@@ -110,7 +110,7 @@ def add_spring_forces(u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, 
             g[b, i] += tension * d[i]
 
 
-@maker
+@allocating_kernel
 def add_spring_stiffness(
     u: Floats,
     edges: Ints,

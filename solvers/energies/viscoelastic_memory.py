@@ -80,7 +80,9 @@ class EnergyHistory(ABC):
 
     energy: Any  # instantaneous energy, before relaxation
     internal_work: float | None = None  # work of the internal forces, J, if the history counts it itself
-    pore_pressure_work: float = 0.0  # work of prescribed pore pressures since the start, J; nodal forces do not contain it
+    pore_pressure_work: float = (
+        0.0  # work of prescribed pore pressures since the start, J; nodal forces do not contain it
+    )
     has_unknown_energy = False  # stored or dissipated energy could not be computed at some point
 
     @abstractmethod
@@ -265,7 +267,9 @@ class BodyHistory:
 
     def history_after_step(self, x: Floats, h: float) -> BodyHistory:
         """Return the histories after a step of h seconds that ends in state x."""
-        return BodyHistory(tuple(own.history_after_step(x, h) if isinstance(own, EnergyHistory) else own for own in self.each))
+        return BodyHistory(
+            tuple(own.history_after_step(x, h) if isinstance(own, EnergyHistory) else own for own in self.each)
+        )
 
     def stored(self, x: Floats) -> float:
         """Return the elastic energy stored in the body in state x, J; the histories must be those at this state."""

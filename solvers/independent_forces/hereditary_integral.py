@@ -22,9 +22,9 @@ from softmark.solvers.independent_forces.solid_forces import (
     Stress,
     StressTerm,
     interpolate,
-    kinematics,
     polar_rotation,
     quadrature_rule,
+    shape_gradients_and_volumes,
 )
 from softmark.solvers.independent_forces.stress_by_differences import stress_with_error
 
@@ -87,7 +87,7 @@ class DisplacementHistory:
         It is conjugate to the strain measure, and given at the quadrature points of the cells, or once per cell if
         `mean`.
         """
-        dNdX, _, hoop = kinematics(points, cells, kind, quadrature_rule(kind), self.depth, mean)
+        dNdX, _, hoop = shape_gradients_and_volumes(points, cells, kind, quadrature_rule(kind), self.depth, mean)
         steps = remaining_fractions(self.times, self.g, self.tau)
         found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
         for weight, u in zip(steps, self.states, strict=True):

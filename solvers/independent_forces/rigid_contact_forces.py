@@ -273,7 +273,7 @@ def nodal_areas(points: Floats, triangles: Ints, depth: float) -> Floats:
     return found
 
 
-def facet_lattice(square: bool, steps: int) -> Ints:
+def facet_lattice_triangles(square: bool, steps: int) -> Ints:
     """Return triangles (t, 3) between the lattice points of a facet that is divided into `steps` along its sides.
 
     Lattice points are numbered with the second local coordinate varying fastest.

@@ -149,7 +149,7 @@ def cofactor(J: Floats) -> tuple[Floats, Floats]:
     return np.moveaxis(cof, (0, 1), (-2, -1)), det
 
 
-def kinematics(
+def shape_gradients_and_volumes(
     points: Floats, cells: Ints, kind: str, rule: tuple[Floats, Floats], depth: float = 0.0, mean: bool = False
 ) -> tuple[Floats, Floats, Any]:
     """Return dN/dX (m, q, a, 3), 1/m, volumes (m, q), m^3, and with `depth` N/r (m, q, a), 1/m; q = 1 if `mean`."""
@@ -289,7 +289,7 @@ class CheckedBody:
     def _cell_forces_with_errors(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
         """Return nodal forces of some cells (m, a, 3), N, and their errors by rounding and differences (m, a), N."""
         own = self.points, cells, self.kind, self._rule(at, term.mean)
-        dNdX, w, hoop = kinematics(*own, self.depth, term.mean)
+        dNdX, w, hoop = shape_gradients_and_volumes(*own, self.depth, term.mean)
         U = self.u[cells] - self.u[cells[:, :1]]
         R = self._rotation(cells, U) if self.rotated_measure else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
         if self.rotated_measure:  # displacements in the frame that rotates with the cell
@@ -318,7 +318,7 @@ class CheckedBody:
 
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
         """Return the rotation of each cell (m, 3, 3), from its mean deformation gradient."""
-        G = kinematics(self.points, cells, self.kind, quadrature_rule(self.kind), mean=True)[0][:, 0]
+        G = shape_gradients_and_volumes(self.points, cells, self.kind, quadrature_rule(self.kind), mean=True)[0][:, 0]
         return polar_rotation(U.swapaxes(1, 2) @ G + np.eye(3))
 
     def volumes(self) -> tuple[Floats, Floats]:
@@ -336,7 +336,9 @@ class CheckedBody:
             dNdX, _ = gradients(self.points, some, self.kind, xi)
             F = (self.u[some] - self.u[some[:, :1]]).swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
             if self.depth:
-                hoop = kinematics(self.points, some, self.kind, quadrature_rule(self.kind), self.depth)[2]
+                hoop = shape_gradients_and_volumes(
+                    self.points, some, self.kind, quadrature_rule(self.kind), self.depth
+                )[2]
                 F[:, : hoop.shape[1], 2, 2] = 1.0 + interpolate(
                     hoop, self.u[some][:, :, 0]
                 )  # no node: none on the axis

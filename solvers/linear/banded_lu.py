@@ -29,7 +29,7 @@ class _Layout:
     above: int
 
 
-class ChainSolver:
+class BandedLuSolver:
     """Solver for unsymmetric banded systems by Gaussian elimination with row pivoting (LAPACK's `gbsv`).
 
     SuperLU is used instead if the band is wide.

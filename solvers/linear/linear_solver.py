@@ -31,7 +31,7 @@ MOST = 20_000  # largest number of conjugate gradient iterations if there is no 
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearSolverOptions:
     """Options of the linear solver.
 
     `method` is a method of `linear.factorisations.factor`, or `conjugate_gradients` with a diagonal preconditioner.
@@ -57,10 +57,10 @@ class Linear:
 
 
 @dataclass
-class Systems:
+class CountingLinearSolver:
     """Solver for all linear systems of one problem, which counts solves, factorisations and iterations."""
 
-    choice: Linear = field(default_factory=Linear)
+    choice: LinearSolverOptions = field(default_factory=LinearSolverOptions)
     name: str = linear.NAME
     solves: int = 0
     factorisations: int = 0
@@ -134,12 +134,12 @@ class Systems:
         return known
 
 
-def warm_up(choice: Linear, kind: Any) -> None:
+def warm_up(choice: LinearSolverOptions, kind: Any) -> None:
     """Load the kernels of the selected solver for matrices of the number type `kind`, so that loading is not timed."""
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method
     with suppress(Singular):  # the real solve reports the error
-        systems = Systems(replace(choice, method=method, modes=None, spare=None))
+        systems = CountingLinearSolver(replace(choice, method=method, modes=None, spare=None))
         systems.factor(K, True, TIGHTEST).solve(np.ones(3, dtype=kind))
 
 
@@ -147,7 +147,7 @@ def warm_up(choice: Linear, kind: Any) -> None:
 class CountedFactor:
     """Iterative solver whose iterations are added to the counter of `systems`."""
 
-    systems: Systems
+    systems: CountingLinearSolver
     factor: Factor
 
     @property
@@ -204,7 +204,7 @@ class DiagonalConjugateGradients:
     descent direction, as in truncated Newton methods (Steihaug 1983).
     """
 
-    systems: Systems
+    systems: CountingLinearSolver
     K: sparse.csr_matrix
     tolerance: float
     symmetric: bool
@@ -259,7 +259,7 @@ class ReusedFactor:
     The factor that costs less is used.
     """
 
-    systems: Systems
+    systems: CountingLinearSolver
     K: sparse.csr_matrix
     tolerance: float
     negative_pivots: int | None = None  # 1 if K is not positive definite, else unknown

@@ -144,7 +144,7 @@ def _heterogeneous_law(material: Isotropic, law: Any) -> Any:
     return law if known is None else HeterogeneousLaw(law)
 
 
-def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
+def shear_and_volume_laws(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     """Return two laws whose sum is `law_for`: the shear part, proportional to mu, and the volume part.
 
     The volume part is proportional to lam, or to the bulk modulus if the law is written with it. Return None if the law
@@ -157,7 +157,7 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
 
 
 def _shear_volume_laws(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
-    """Return the two laws of `parts_for`, without constants that differ from point to point."""
+    """Return the two laws of `shear_and_volume_laws`, without constants that differ from point to point."""
     mu, lam = material.shear_modulus, material.lame_lambda
     if strain == "small":
         return SmallStrain(mu, 0.0), SmallStrain(0.0, lam)
@@ -185,8 +185,8 @@ def mixed_for(material: Isotropic, strain: str) -> MixedSplit | None:
     return MixedSplit(_heterogeneous_law(material, shape), constraint, material.pressure_modulus)
 
 
-def drags_for(material: Isotropic, strain: str) -> tuple[DampingTangent, DampingTangent] | None:
-    """Return the damping tangents of the whole law and of its volume part (the second of `parts_for`).
+def damping_tangents_for(material: Isotropic, strain: str) -> tuple[DampingTangent, DampingTangent] | None:
+    """Return the damping tangents of the whole law and of its volume part (the second of `shear_and_volume_laws`).
 
     Return None for small strains, whose tangent contains no stress, or if the law cannot be split.
     """

@@ -16,8 +16,8 @@ from softmark.solvers.materials.batching import BatchedLaw
 from softmark.solvers.materials.constitutive_law import project
 from softmark.solvers.materials.material_axes import MaterialFrame
 from softmark.solvers.materials.tensor_components import (
-    add_cross,
     add_outer,
+    add_tensor_cross_product,
     cofactor,
     displacement_gradient,
     volume_change,
@@ -92,7 +92,7 @@ class Anisotropic(BatchedLaw):
         if self.bulk is not None:
             C, j = cofactor(f).reshape(9, -1), volume_change(displacement_gradient(f))
             add_outer(H, self.bulk * C, C)
-            add_cross(H, (self.bulk * j) * f)
+            add_tensor_cross_product(H, (self.bulk * j) * f)
 
     def dPdF_projected(self, F: Array) -> Array:
         """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""

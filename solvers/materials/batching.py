@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from softmark.solvers.materials.tensor_components import components, precision, write_symmetric
+from softmark.solvers.materials.tensor_components import components, result_dtype, write_symmetric
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,7 +45,7 @@ class BatchedLaw(ABC):
 
     def psi(self, F: Array) -> Array:
         """Return the energy per undeformed volume (m,), J/m^3, for deformation gradients F (m, 3, 3)."""
-        out = np.empty(len(F), dtype=precision(F))
+        out = np.empty(len(F), dtype=result_dtype(F))
         with np.errstate(all="ignore"):
             for block in _batch_slices(len(F)):
                 out[block] = self._psi(components(F[block]))
@@ -53,7 +53,7 @@ class BatchedLaw(ABC):
 
     def P(self, F: Array) -> Array:
         """Return the first Piola-Kirchhoff stress (m, 3, 3), Pa, for deformation gradients F (m, 3, 3)."""
-        out = np.empty(F.shape, dtype=precision(F))
+        out = np.empty(F.shape, dtype=result_dtype(F))
         with np.errstate(all="ignore"):
             for block in _batch_slices(len(F)):
                 out[block] = self._P(components(F[block])).transpose(2, 0, 1)
@@ -69,8 +69,8 @@ def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
 
     `write` fills the entries of H (9, 9, m) on and above the diagonal, from f (3, 3, m).
     """
-    out = np.empty((len(F), 3, 3, 3, 3), dtype=precision(F))
-    scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=precision(F))
+    out = np.empty((len(F), 3, 3, 3, 3), dtype=result_dtype(F))
+    scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=result_dtype(F))
     with np.errstate(all="ignore"):
         for block in _batch_slices(len(F)):
             H = scratch[:, :, : len(F[block])]

@@ -29,7 +29,7 @@ from softmark.solvers.materials.batched_stability import (
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.polar_decomposition import stretches
 from softmark.solvers.materials.tensor_components import cofactor, components
-from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, invariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, shifted_invariants
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
@@ -74,7 +74,7 @@ def _find_invariant_law_loss(law: Any, F: Array, held: VolumePressure | None = N
     For such a law, linear in I1, Q = a 1 + d (C n) (C n)^T with C = cof F.
     """
     f = components(F)
-    stretch, j = invariants(f)
+    stretch, j = shifted_invariants(f)
     (a, _), (c, d) = law.slopes(stretch, j), law.curvatures(stretch, j)
     if c is not None:
         return _find_isotropic_loss(law, F, None)

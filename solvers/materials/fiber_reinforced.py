@@ -19,14 +19,14 @@ from softmark.solvers.materials.anisotropic_material import (
     transform_direction,
 )
 from softmark.solvers.materials.tensor_components import (
-    add_cross,
     add_geometric_stiffness,
     add_identity,
     add_outer,
+    add_tensor_cross_product,
     cofactor,
     displacement_gradient,
 )
-from softmark.solvers.materials.two_invariant_law import invariants
+from softmark.solvers.materials.two_invariant_law import shifted_invariants
 
 if TYPE_CHECKING:
     import numpy as np
@@ -136,8 +136,10 @@ class FiberReinforced(Anisotropic):
         return a, b, np.add.reduce(a * b, axis=0)
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        stretch, j = invariants(f)
-        psi = self._matrix_energy_derivatives(stretch)[0] - self.matrix_modulus * np.log1p(np.where(j > -1.0, j, np.nan))
+        stretch, j = shifted_invariants(f)
+        psi = self._matrix_energy_derivatives(stretch)[0] - self.matrix_modulus * np.log1p(
+            np.where(j > -1.0, j, np.nan)
+        )
         for _, _, strand, E in self._family_strains(f, axes, stretch):
             psi = psi + strand.energy_and_derivatives(E)[0]
         if self.shear_coupling_law is not None:
@@ -145,7 +147,7 @@ class FiberReinforced(Anisotropic):
         return psi
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
-        stretch, j = invariants(f)
+        stretch, j = shifted_invariants(f)
         a, k = self._matrix_energy_derivatives(stretch)[1], self.dispersion
         P = (-self.matrix_modulus / (1.0 + j)) * cofactor(f)
         for d, moved, strand, E in self._family_strains(f, axes, stretch):
@@ -164,13 +166,13 @@ class FiberReinforced(Anisotropic):
 
         M is the sum of the terms of all invariants I4 and I8.
         """
-        stretch, j = invariants(f)
+        stretch, j = shifted_invariants(f)
         C, rows, k = cofactor(f).reshape(9, -1), f.reshape(9, -1), self.dispersion
         _, a, c = self._matrix_energy_derivatives(stretch)
         H[...] = 0.0
         over = self.matrix_modulus / (1.0 + j)
         add_outer(H, (over / (1.0 + j)) * C, C)
-        add_cross(H, -over * f)
+        add_tensor_cross_product(H, -over * f)
         if c is not None:
             add_outer(H, c * rows, rows)
         M: Array = np.zeros((3, 3, f.shape[2]), dtype=f.dtype)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.isotropic_material import Isotropic
-from softmark.solvers.materials.tensor_components import precision
+from softmark.solvers.materials.tensor_components import result_dtype
 
 if TYPE_CHECKING:
     import numpy as np
@@ -113,7 +113,7 @@ class HeterogeneousLaw:
         """Return the results of the method `name` of the law at F, evaluated block by block."""
         if len(F) not in (1, int(np.prod(self.shape))):
             raise ValueError(f"{len(F)} deformation gradients for constants at {self.shape} points")
-        out = np.empty((len(F), *tail), dtype=precision(F))
+        out = np.empty((len(F), *tail), dtype=result_dtype(F))
         for some, law in self._blocks_with_laws(len(F)):
             out[some] = getattr(law, name)(F[some])
         return out

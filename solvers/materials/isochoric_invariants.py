@@ -12,11 +12,11 @@ from softmark.solvers.materials.isochoric_split import IsochoricMaterial, add_vo
 from softmark.solvers.materials.principal_axes_law import Principal, add_symmetric_dyad, deviatoric_derivatives
 from softmark.solvers.materials.tensor_components import (
     add_carried,
-    add_cross,
     add_diagonal,
     add_geometric_stiffness,
     add_identity,
     add_outer,
+    add_tensor_cross_product,
     cofactor,
     displacement_gradient,
     inner,
@@ -135,7 +135,7 @@ class IsochoricInvariantLaw(Hyperelastic):
             add_geometric_stiffness(H, -b * product(transposed(f), f))
             add_carried(H, -b * product(f, transposed(f)))
             a = a + b * inner(f, f)
-        add_cross(H, turned)
+        add_tensor_cross_product(H, turned)
         add_identity(H, a)
         x = (J ** (-2.0 / 3.0) * f - third * C).reshape(9, -1)
         y = None if second is None else (J ** (-4.0 / 3.0) * B - (2.0 * more) * C).reshape(9, -1)

@@ -24,7 +24,7 @@ from softmark.solvers.materials.volumetric_constraints import (
     VolumeRatio,
     VolumeRatioConstraint,
 )
-from softmark.solvers.runtime.scalar_or_array import like, where
+from softmark.solvers.runtime.scalar_or_array import full_like, where
 
 if TYPE_CHECKING:
     import numpy as np
@@ -166,7 +166,7 @@ class VolumetricLaw(TwoInvariantLaw):
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
         """Return the first derivatives of the energy, Pa."""
-        return like(j, 0.0), self.modulus * volumetric_derivatives(self.constraint, j)[0]
+        return full_like(j, 0.0), self.modulus * volumetric_derivatives(self.constraint, j)[0]
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
         """Return the second derivatives of the energy, Pa."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from softmark.records import dataclass
 from softmark.solvers.materials.isotropic_material import Isotropic, is_array
 from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
-from softmark.solvers.runtime.scalar_or_array import like, log1p, where
+from softmark.solvers.runtime.scalar_or_array import full_like, log1p, where
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array, Law
@@ -59,7 +59,7 @@ class NeoHookean(TwoInvariantLaw, Isotropic):
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
         """Return the first derivatives of the energy, Pa."""
         mu, lam = self.shear_modulus, self.lame_lambda
-        return like(j, mu), (lam * log1p(j) - mu) / (1.0 + j)
+        return full_like(j, mu), (lam * log1p(j) - mu) / (1.0 + j)
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
         """Return the second derivatives of the energy, Pa."""

@@ -14,7 +14,7 @@ from softmark.records import dataclass
 from softmark.solvers.materials.constitutive_law import project
 from softmark.solvers.materials.isotropic_material import Isotropic, is_array
 from softmark.solvers.materials.tensor_components import components
-from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, invariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, shifted_invariants
 
 if TYPE_CHECKING:
     import numpy as np
@@ -122,7 +122,7 @@ class PlaneStress:
         if not isinstance(solid, TwoInvariantLaw):
             return solid.P(F)[:, 2, 2], solid.dPdF(F)[:, 2, 2, 2, 2]
         f = components(F)
-        stretch, j = invariants(f)
+        stretch, j = shifted_invariants(f)
         (a, s), (c, d) = solid.slopes(stretch, j), solid.curvatures(stretch, j)
         along, C = f[2, 2], f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]  # C = dJ/dF33
         slope = a + d * C**2
@@ -202,7 +202,7 @@ def _principal_transverse_stress(solid: Any, planar: list[Array], s: Array) -> t
     return tau[2] / s, (bent[2][2] - tau[2]) / (s * s)
 
 
-def thickness(law: Law, F: Array) -> Array:
+def thickness_stretch(law: Law, F: Array) -> Array:
     """Return the thickness stretch of a plate (m,) under F (m, 3, 3); for the law of a solid, it is F33 itself."""
     found: Array = (law.opened(F) if hasattr(law, "opened") else F)[:, 2, 2]
     return found

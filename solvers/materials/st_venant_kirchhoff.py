@@ -10,9 +10,9 @@ from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.isotropic_material import Isotropic
 from softmark.solvers.materials.tensor_components import (
     add_carried,
-    add_cross,
     add_diagonal,
     add_geometric_stiffness,
+    add_tensor_cross_product,
     cofactor,
     displacement_gradient,
     green_strain,
@@ -64,7 +64,7 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         mu, lam = self.shear_modulus, self.lame_lambda
         rows = f.reshape(9, -1)
         set_outer(H, rows, (lam + mu) * rows)
-        add_cross(H, -mu * cofactor(f))
+        add_tensor_cross_product(H, -mu * cofactor(f))
         add_carried(H, mu * product(f, transposed(f)))
         add_geometric_stiffness(H, self._S(f))
 

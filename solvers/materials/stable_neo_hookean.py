@@ -9,16 +9,16 @@ from softmark.records import dataclass
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.isotropic_material import Isotropic
 from softmark.solvers.materials.tensor_components import (
-    add_cross,
     add_identity,
     add_outer,
+    add_tensor_cross_product,
     cofactor,
     displacement_gradient,
     inner,
     set_outer,
     volume_change,
 )
-from softmark.solvers.materials.two_invariant_law import invariants
+from softmark.solvers.materials.two_invariant_law import shifted_invariants
 from softmark.solvers.runtime.scalar_or_array import expm1, log1p
 
 if TYPE_CHECKING:
@@ -57,12 +57,12 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         return 4.0 / 3.0 * self.shear_modulus, self.lame_lambda + 5.0 / 6.0 * self.shear_modulus
 
     def _psi(self, f: Array) -> Array:
-        psi: Array = self._energy(*invariants(f))
+        psi: Array = self._energy(*shifted_invariants(f))
         return psi
 
     def _P(self, f: Array) -> Array:
         m, l = self._energy_moduli
-        stretch, j = invariants(f)
+        stretch, j = shifted_invariants(f)
         # 3/4 m (F - cof F), zero at rest, is computed separately from terms of higher order
         P = (l * j) * cofactor(f)
         P += 0.75 * m * (f - cofactor(f))
@@ -76,7 +76,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         more = inner(f, f) + 1.0
         set_outer(H, C, l * C)
         add_outer(H, rows, 2.0 * m / more**2 * rows)
-        add_cross(H, (l * volume_change(displacement_gradient(f)) - 0.75 * m) * f)
+        add_tensor_cross_product(H, (l * volume_change(displacement_gradient(f)) - 0.75 * m) * f)
         add_identity(H, m * (1.0 - 1.0 / more))
 
     def principal(self, e: Sequence[Any]) -> Principal:

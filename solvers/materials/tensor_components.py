@@ -21,10 +21,10 @@ CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 def components(A: Array) -> Array:
     """Return A (m, 3, 3) as a (3, 3, m), contiguous and of floating-point type."""
-    return np.ascontiguousarray(A.transpose(1, 2, 0), dtype=precision(A))
+    return np.ascontiguousarray(A.transpose(1, 2, 0), dtype=result_dtype(A))
 
 
-def precision(A: Array) -> Any:
+def result_dtype(A: Array) -> Any:
     """Return the floating-point type of results computed from A: its own, or double if A has none."""
     return np.result_type(A.dtype, np.float32)
 
@@ -125,7 +125,7 @@ def _cross_entries() -> tuple[tuple[int, int, int, int, bool], ...]:
 CROSS = _cross_entries()
 
 
-def add_cross(H: Array, a: Array) -> None:
+def add_tensor_cross_product(H: Array, a: Array) -> None:
     """Add e_ikm e_JLn A_mn to H_iJkL, upper triangle; for A = F it is the derivative of cof F.
 
     Also A_iL A_kJ = A_iJ A_kL - e_ikm e_JLn (cof A)_mn. Source: Bonet, Gil, Ortigosa (2015), "A computational framework

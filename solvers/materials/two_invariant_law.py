@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.tensor_components import (
-    add_cross,
     add_identity,
     add_outer,
+    add_tensor_cross_product,
     cofactor,
     displacement_gradient,
     inner,
@@ -46,23 +46,23 @@ class TwoInvariantLaw(Hyperelastic):
         """Return c = 2 d2psi/dI1 dJ, or None if zero, and d = d2psi/dJ2 (m,), Pa; psi is linear in I1."""
 
     def _psi(self, f: Array) -> Array:
-        return self.energy(*invariants(f))
+        return self.energy(*shifted_invariants(f))
 
     def _P(self, f: Array) -> Array:
-        a, s = self.slopes(*invariants(f))
+        a, s = self.slopes(*shifted_invariants(f))
         P = cofactor(f)
         P *= s
         P += a * f
         return P
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        stretch, j = invariants(f)
+        stretch, j = shifted_invariants(f)
         (a, s), (c, d) = self.slopes(stretch, j), self.curvatures(stretch, j)
         C, rows = cofactor(f).reshape(9, -1), f.reshape(9, -1)
         set_outer(H, C, d * C if c is None else d * C + c * rows)
         if c is not None:
             add_outer(H, c * rows, C)
-        add_cross(H, s * f)
+        add_tensor_cross_product(H, s * f)
         add_identity(H, a)
 
     def principal(self, e: Sequence[Any]) -> Principal:
@@ -78,7 +78,7 @@ class TwoInvariantLaw(Hyperelastic):
         return self.energy(stretch, j), [a * one + rest for one in x], bent
 
 
-def invariants(f: Array) -> tuple[Array, Array]:
+def shifted_invariants(f: Array) -> tuple[Array, Array]:
     """Return I1 - 3 and J - 1 (m,)."""
     h = displacement_gradient(f)
     return 2.0 * trace(h) + inner(h, h), volume_change(h)

@@ -16,10 +16,10 @@ from softmark.records import dataclass
 from softmark.solvers.materials.corotational import add_rotation_derivative
 from softmark.solvers.materials.polar_decomposition import rotation
 from softmark.solvers.materials.tensor_components import (
-    add_cross,
     add_diagonal,
     add_identity,
     add_outer,
+    add_tensor_cross_product,
     cofactor,
     components,
     displacement_gradient,
@@ -28,7 +28,7 @@ from softmark.solvers.materials.tensor_components import (
     volume_change,
     write_symmetric,
 )
-from softmark.solvers.runtime.scalar_or_array import like, log1p, where
+from softmark.solvers.runtime.scalar_or_array import full_like, log1p, where
 
 if TYPE_CHECKING:
     import numpy as np
@@ -150,7 +150,7 @@ class VolumeRatioConstraint(Constraint):
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
         """Add p (dg/dJ d(cof F)/dF + d2g/dJ2 cof F (x) cof F)."""
         _, first, second = self.of(volume_change(displacement_gradient(f)))
-        add_cross(H, (p * first) * f)
+        add_tensor_cross_product(H, (p * first) * f)
         if second is not None:
             C = cofactor(f).reshape(9, -1)
             add_outer(H, (p * second) * C, C)
@@ -161,7 +161,7 @@ class VolumeRatio(VolumeRatioConstraint):
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
         """Return J - 1, 1 and None."""
-        return j, like(j, 1.0), None
+        return j, full_like(j, 1.0), None
 
     def _gradient(self, f: Array) -> Array:
         """Return cof F, without computing J."""
@@ -169,7 +169,7 @@ class VolumeRatio(VolumeRatioConstraint):
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
         """Add p d(cof F)/dF."""
-        add_cross(H, p * f)
+        add_tensor_cross_product(H, p * f)
 
 
 class LogarithmicVolume(VolumeRatioConstraint):

@@ -69,7 +69,7 @@ class FineRule:
     hidden: Floats
 
 
-def family_of(element: type[Element]) -> str:
+def reference_cell_kind(element: type[Element]) -> str:
     """Return the kind of reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
     return {8: "hexahedra", 6: "wedges", 4: "tetrahedra"}[element.corners]
 
@@ -79,7 +79,7 @@ def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Float
 
     Their degrees are 3 and 5 in hexahedra, 2 and 5 in tetrahedra, 2 and 4 in wedges.
     """
-    family = family_of(element)
+    family = reference_cell_kind(element)
     if family == "hexahedra":
         return CELLS["hex8"].quadrature(), CELLS["hex20"].quadrature()
     pair = ("tet10", "tet4") if family == "tetrahedra" else ("wedge15", "wedge6")
@@ -116,7 +116,10 @@ def adaptive_rule(
         if not len(parts):
             break
         if turn == 0 and element.corners == 4:
-            parts, grid = grid.slice_tetrahedra(parts, magnitudes), _CellFunctions(mesh, values, bounds, axes, sliced=True)
+            parts, grid = (
+                grid.slice_tetrahedra(parts, magnitudes),
+                _CellFunctions(mesh, values, bounds, axes, sliced=True),
+            )
         else:
             parts = grid.bisect_by_bounds(parts, magnitudes)
         found = grid.integrate(parts)
@@ -149,7 +152,7 @@ def _join_rules(
     parts = np.concatenate([own.cell for _, each in done for own in each])
     often, found = np.bincount(parts, minlength=count), []
     for grid, each in done:
-        enough = degree <= (3 if family_of(grid.linear) == "hexahedra" else 2)
+        enough = degree <= (3 if reference_cell_kind(grid.linear) == "hexahedra" else 2)
         for own in each:
             found += list(grid.points(own, (often[own.cell] > FEW) & enough))
     cells, xis, ws, values = zip(*found, strict=True)
@@ -250,7 +253,7 @@ class _CellFunctions:
         for row, (_, w), end in zip(weights, rules, np.cumsum(n), strict=True):
             row[end - len(w) : end] = w
         self.weights, self.others = weights[0], weights[0] - weights[1:]
-        self.bundles = [np.array(b) for b in BUNDLES[family_of(self.linear)]]
+        self.bundles = [np.array(b) for b in BUNDLES[reference_cell_kind(self.linear)]]
 
     def places(self, cell: Ints, xi: Floats) -> Floats:
         """Return the positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""

@@ -183,13 +183,18 @@ class Arc(Swept):
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return a mesh of the element `kind` with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.mesh import Mesh
-        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion, mesh_rectangle
+        from softmark.solvers.mesh.structured_meshes import (
+            mesh_disc,
+            mesh_extrusion,
+            mesh_rectangle,
+            project_midside_nodes,
+        )
 
         section = self.section
         flat = mesh_disc(section.radius, size) if isinstance(section, Disc) else mesh_rectangle(*section.extents, size)
         straight = mesh_extrusion(flat, self.length, size, kind)
         if isinstance(section, Disc):
-            straight = curve_sides(
+            straight = project_midside_nodes(
                 straight, [CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), self.length, section.radius)]
             )
         return Mesh(self._bend_points(straight.points), straight.cells, kind)

@@ -29,7 +29,7 @@ INSIDE = 1e-6  # relative to the extent: tolerance of the border
 
 
 @dataclass(frozen=True)
-class Combined(SurfaceBody):
+class BooleanShape(SurfaceBody):
     """A body made of two bodies, `one` and `other`, by a Boolean operation."""
 
     operation: ClassVar[Operation]
@@ -134,7 +134,9 @@ class Combined(SurfaceBody):
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
         least = smallest_size(size, graded)
-        return _tetrahedralize(self, file_stamp(self), self.facet_size(least), size, self.surface_tolerance(least), graded)
+        return _tetrahedralize(
+            self, file_stamp(self), self.facet_size(least), size, self.surface_tolerance(least), graded
+        )
 
     def surface(self, size: float) -> Surface:
         """Return points (n, 3), m, and triangles (t, 3) of the surface, facing outward. Raises UnreadableMesh."""
@@ -150,7 +152,7 @@ _APART = {
 
 
 @dataclass(frozen=True)
-class Union(Combined):
+class Union(BooleanShape):
     """The union of two bodies of any shapes, including those read from files; the two bodies must overlap or touch.
 
     Curved sides are approximated by flat facets, half the size of a model's cells (of the smallest cells in a graded
@@ -166,7 +168,7 @@ class Union(Combined):
 
 
 @dataclass(frozen=True)
-class Difference(Combined):
+class Difference(BooleanShape):
     """A body from which another body is subtracted, as a hole, a notch or a bore; the result must be in one piece.
 
     Facets, extras and report are those of `union`. The surface of the hole belongs to the body.
@@ -179,7 +181,7 @@ class Difference(Combined):
 
 
 @dataclass(frozen=True)
-class Intersection(Combined):
+class Intersection(BooleanShape):
     """The common part of two bodies, which must be in one piece.
 
     Facets, extras and report are those of `union`.
@@ -199,14 +201,14 @@ def _are_boxes_disjoint(one: Bounds | None, other: Bounds | None, touching: bool
 
 def file_stamp(shape: Shape) -> Any:
     """Return a value that changes whenever the mesh file of the shape, or one of a combined shape, changes."""
-    if isinstance(shape, Combined):
+    if isinstance(shape, BooleanShape):
         return tuple(file_stamp(own) for own in shape.pair)
     return modification_stamp(shape.file) if shape.file else None
 
 
 def _estimate_triangle_count(shape: Shape, facets: float) -> float:
     """Return the approximate number of triangles of size `facets` (m) on the surface of a shape."""
-    if isinstance(shape, Combined):
+    if isinstance(shape, BooleanShape):
         return sum(_estimate_triangle_count(own, shape.facets or facets) for own in shape.pair)
     if not shape.sides or shape.bounds is None:
         return 0.0
@@ -215,7 +217,7 @@ def _estimate_triangle_count(shape: Shape, facets: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _combine_closed_surfaces(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
+def _combine_closed_surfaces(shape: BooleanShape, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
     """Return the closed surface of a combined shape with facets of the size `facets` (m). Raises UnreadableMesh.
 
     Facets are halved `halved` more times. `files` is the result of `file_stamp`, a key of the cache.
@@ -234,7 +236,7 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
     """
     from softmark.solvers.mesh.boolean_operations import refine_surface
 
-    if isinstance(shape, Combined):
+    if isinstance(shape, BooleanShape):
         surface = _combine_closed_surfaces(shape, file_stamp(shape), shape.facets or facets, halved)
         return surface.points, surface.triangles
     if not shape.sides:
@@ -248,7 +250,7 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
 
 @lru_cache(maxsize=8)
 def _tetrahedralize(
-    shape: Combined, files: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
+    shape: BooleanShape, files: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
 ) -> FilledMesh:
     """Return the cached tetrahedral mesh of a combined shape. Raises UnreadableMesh.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from softmark.solvers.mesh.conforming_planes import Cut, anchors, cuts_along
+from softmark.solvers.mesh.conforming_planes import Cut, cuts_along, fixed_grid_lines
 
 SMALLEST = 0.2  # relative to a disc's radius: smallest circle around the core
 OFF_CENTRE = (
@@ -41,7 +41,7 @@ def circle_radii(radius: float, size: float, cuts: tuple[Cut, ...] = ()) -> list
     `size` (m) is the cell size. Circles lie on the cuts of the coordinate `radius`.
     """
     inner = [cut for cut in cuts_along(cuts, "radius") if SMALLEST * radius <= cut.at < radius]
-    core, *ends = anchors(0.0, radius, size, inner)[1:]
+    core, *ends = fixed_grid_lines(0.0, radius, size, inner)[1:]
     found = [core]
     for a, b in pairwise([core, *ends]):
         n = count_divisions(b - a, size)

@@ -81,7 +81,7 @@ def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list
     steps = [(cut.at - low) / each for cut in inner]
     if all(abs(step - round(step)) * each <= SAME * span for step in steps):
         return None
-    ends = anchors(low, high, each, inner)
+    ends = fixed_grid_lines(low, high, each, inner)
     found = [low]
     for a, b in pairwise(ends):
         n = max(1, round((b - a) / each))
@@ -98,7 +98,7 @@ def _graded_grid_lines(low: float, high: float, each: float, graded: Sequence[Cu
     span = high - low
     held = [c for c in (*graded, *cuts) if low + SAME * span < c.at < high - SAME * span]
     found = [low]
-    for a, b in pairwise(anchors(low, high, each / max(c.finer for c in graded), held)):
+    for a, b in pairwise(fixed_grid_lines(low, high, each / max(c.finer for c in graded), held)):
         steps = [a + (b - a) * i / SAMPLES for i in range(SAMPLES + 1)]
         dense = [1.0 / (each * _size_fraction(0.5 * (s + t), graded)) for s, t in pairwise(steps)]
         total = [0.0, *accumulate(d * (b - a) / SAMPLES for d in dense)]
@@ -116,7 +116,7 @@ def _size_fraction(at: float, graded: Sequence[Cut]) -> float:
     return found
 
 
-def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:
+def fixed_grid_lines(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:
     """Return, in ascending order, both ends and the cuts that are far enough from all others, m.
 
     These grid lines are fixed; other lines are placed between them. `each` (m) is the usual cell size.

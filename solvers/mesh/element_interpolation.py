@@ -18,7 +18,7 @@ CHUNK = 32  # points whose distances to all cells are held at once
 
 
 @dataclass(frozen=True)
-class Integration:
+class IntegrationPoints:
     """Shape functions and weights at the integration points of all cells.
 
     `dNdX` (m, q, a, 3) are gradients, 1/m, and `w` (m, q) the quadrature weights times det J, m^3. The shape functions
@@ -35,7 +35,7 @@ class Integration:
         return found
 
 
-def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
+def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> IntegrationPoints:
     """Return shape functions and weights at integration points, with gradients in the undeformed position X.
 
     By default the element and the quadrature rule of the mesh are used, and the result is cached.
@@ -43,7 +43,7 @@ def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule
     if element is None and rule is None:
         if integrate_cells not in mesh.selections:
             mesh.selections[integrate_cells] = integrate_cells(mesh, mesh.element)
-        found: Integration = mesh.selections[integrate_cells]
+        found: IntegrationPoints = mesh.selections[integrate_cells]
         return found
     element = element or mesh.element
     xi, weights = rule or element.quadrature()
@@ -51,10 +51,10 @@ def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule
     dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], dN)
     dNdX = np.einsum("qaj,mqji->mqai", dN, np.linalg.inv(dXdxi))
     w = weights * np.linalg.det(dXdxi)
-    return Integration(np.ascontiguousarray(dNdX), w, element.shape(xi))
+    return IntegrationPoints(np.ascontiguousarray(dNdX), w, element.shape(xi))
 
 
-def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
+def mean_gradients(mesh: Mesh, revolved: bool = False) -> IntegrationPoints:
     """Return one integration point for each cell, with cell means of gradients and the volume of the cell.
 
     Like the gradient at the centre, the mean is exact for a displacement with constant gradient. Under constant stress
@@ -69,7 +69,7 @@ def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
     ring = w * parts.at_points(mesh.points[mesh.cells, 0])[:, None, :] if revolved else w
     each = ring @ parts.dNdX.reshape(*parts.w.shape, -1) / ring.sum(axis=2, keepdims=True)
     dNdX = np.ascontiguousarray(each.reshape(len(w), 1, -1, 3))
-    return Integration(dNdX, w.sum(axis=2), w @ N / w.sum(axis=2, keepdims=True))
+    return IntegrationPoints(dNdX, w.sum(axis=2), w @ N / w.sum(axis=2, keepdims=True))
 
 
 KEPT = (4, 64, 50_000)  # cached sets of points: always kept, at most kept, and largest total number of points

@@ -196,11 +196,13 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         """Return a mesh of the element `kind` with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.curved_boundary import CylinderSide
         from softmark.solvers.mesh.mesh import Mesh
-        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion
+        from softmark.solvers.mesh.structured_meshes import mesh_disc, mesh_extrusion, project_midside_nodes
 
         wall, way = self._wall_dimensions
         flat = mesh_extrusion(mesh_disc(way, size), wall, wall / self.layers if self.layers else size, kind)
-        flat = curve_sides(flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # the rim becomes flat
+        flat = project_midside_nodes(
+            flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),)
+        )  # the rim becomes flat
         u, v, s = flat.points.T
         far = np.hypot(u, v)
         on = np.where(far > 0.0, far, 1.0)

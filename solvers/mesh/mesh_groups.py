@@ -43,7 +43,7 @@ def facets_in(mesh: Mesh, name: str) -> Bools:
         return cells_in(mesh, name)[mesh.facet_cells]
     if group.kind == "nodes":
         return np.zeros(len(mesh.facets), dtype=np.bool_)
-    return is_known_row(
+    return known_row_mask(
         _face_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1)
     )
 
@@ -72,7 +72,7 @@ def _nodes_of_group(mesh: Mesh, group: Group) -> Ints:
     return found
 
 
-def node_members(cells: Ints, nodes: Ints) -> Ints:
+def nodes_as_members(cells: Ints, nodes: Ints) -> Ints:
     """Return nodes as members of a group: a cell that contains the node and its number there, shape (k, 2).
 
     `cells` (m, a) are the nodes of cells. Nodes of no cell are left out.
@@ -83,9 +83,9 @@ def node_members(cells: Ints, nodes: Ints) -> Ints:
     return np.stack(np.divmod(known, cells.shape[1]), axis=1).astype(np.int64)
 
 
-def has_cells(mesh: Mesh, name: str, nodes: Ints) -> Bools:
+def group_cell_mask(mesh: Mesh, name: str, nodes: Ints) -> Bools:
     """Return a mask (n,) of the cells, given by their nodes in order (n, a), that belong to the group `name`."""
-    return is_known_row(mesh.cells[cells_in(mesh, name)], nodes)
+    return known_row_mask(mesh.cells[cells_in(mesh, name)], nodes)
 
 
 def _face_corners(mesh: Mesh, members: Ints) -> Ints:
@@ -96,13 +96,13 @@ def _face_corners(mesh: Mesh, members: Ints) -> Ints:
     return found
 
 
-def is_known_row(known: Ints, rows: Ints) -> Bools:
+def known_row_mask(known: Ints, rows: Ints) -> Bools:
     """Return a mask (f,) of the rows of integers (f, c) that occur among the rows `known` (k, c)."""
     keys = _row_keys(np.concatenate([known, rows]))
     return np.isin(keys[len(known) :], keys[: len(known)])
 
 
-def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, int]:
+def find_faces_by_corners(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, int]:
     """Return the faces (k, 2) of cells (m, a) that have given corners (f, c), in any order.
 
     Return also the number of corner rows that belong to no face.
@@ -147,7 +147,7 @@ def reorder_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
 # ------------------------------------------------------------------ groups of split and refined meshes
 
 
-def split_groups(mesh: Mesh, new: Mesh) -> Mesh:
+def transfer_groups_to_split(mesh: Mesh, new: Mesh) -> Mesh:
     """Return the mesh `new`, made by splitting the hexahedra of `mesh`, with the groups of `mesh`.
 
     Each hexahedron has equally many cells in `new`, in the order of the hexahedra.
@@ -161,7 +161,7 @@ def split_groups(mesh: Mesh, new: Mesh) -> Mesh:
         if group.kind == "cells":
             return replace(group, members=_children_of_cells(group.members, each))
         if group.kind == "nodes":
-            return replace(group, members=node_members(new.cells, np.unique(_nodes_of_group(mesh, group))))
+            return replace(group, members=nodes_as_members(new.cells, np.unique(_nodes_of_group(mesh, group))))
         quads = _face_corners(mesh, group.members)  # (k, 4)
         children = _children_of_cells(group.members[:, 0], each).reshape(-1, each)
         sides = new.cells[children][:, :, triangles]  # (k, each, 4, 3)

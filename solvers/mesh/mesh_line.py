@@ -10,7 +10,7 @@ POINTS = 8  # Gauss points between two faces: exact for polynomials of degree 15
 APART = 1e-12  # relative to the length: closer crossings are merged
 
 
-def integrate_along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
+def line_quadrature(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
     """Return points X (n, 3), m, and weights w (n,), m, for integrals over the line from `begin` to `end` (3,), m.
 
     The line is divided where it crosses cell faces, so that functions that are smooth in each cell are integrated

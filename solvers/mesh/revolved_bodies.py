@@ -175,10 +175,12 @@ class Revolved(Revolution):
         """Return a mesh of an element with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.revolved_meshes import sweep_polygon
         from softmark.solvers.mesh.shape import place_mesh
-        from softmark.solvers.mesh.structured_meshes import curve_sides
+        from softmark.solvers.mesh.structured_meshes import project_midside_nodes
 
-        made = sweep_polygon(self.outline, self.counts(size)[-1], size, kind, bool(self.axis_corner_indices), self.has_core)
-        return curve_sides(place_mesh(made, self.axis, self.origin), self.sides)
+        made = sweep_polygon(
+            self.outline, self.counts(size)[-1], size, kind, bool(self.axis_corner_indices), self.has_core
+        )
+        return project_midside_nodes(place_mesh(made, self.axis, self.origin), self.sides)
 
 
 def _corners_on_axis(outline: Corners) -> tuple[int, ...]:
@@ -284,9 +286,9 @@ class Cone(Revolution):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.revolved_meshes import taper_disc
+        from softmark.solvers.mesh.revolved_meshes import mesh_cone
         from softmark.solvers.mesh.shape import place_mesh
-        from softmark.solvers.mesh.structured_meshes import curve_sides
+        from softmark.solvers.mesh.structured_meshes import project_midside_nodes
 
-        made = taper_disc(self.length, self.radius, self.end, size, kind, cuts)
-        return curve_sides(place_mesh(made, self.axis, self.origin), self.sides)
+        made = mesh_cone(self.length, self.radius, self.end, size, kind, cuts)
+        return project_midside_nodes(place_mesh(made, self.axis, self.origin), self.sides)

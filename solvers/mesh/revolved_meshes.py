@@ -109,7 +109,7 @@ def _drop_axis_corners(outline: Corners, least: float) -> Corners:
 # ------------------------------------------------------------------ cones
 
 
-def taper_disc(length: float, radius: float, end: float, size: float, kind: str, cuts: tuple[Cut, ...]) -> Mesh:
+def mesh_cone(length: float, radius: float, end: float, size: float, kind: str, cuts: tuple[Cut, ...]) -> Mesh:
     """Return the mesh of a solid of revolution along z whose radius, m, varies linearly from `radius` to `end`.
 
     It is made from a disc extruded over the `length` (m); if `end` is zero, it is closed by a tip. Raises

@@ -78,10 +78,12 @@ class Cylinder(RoundPrism):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion
+        from softmark.solvers.mesh.structured_meshes import mesh_disc, mesh_extrusion, project_midside_nodes
 
         mesh = mesh_extrusion(mesh_disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return curve_sides(place_mesh(mesh, self.axis, self.origin), self.sides, cylinders_of_cuts(self, cuts))
+        return project_midside_nodes(
+            place_mesh(mesh, self.axis, self.origin), self.sides, cylinders_of_cuts(self, cuts)
+        )
 
     @property
     def sides(self) -> tuple[CylinderSide, ...]:

@@ -79,7 +79,10 @@ class RoundBody(Shape):
 
         The radius is the distance from the centre along the longest axis. The angles are around the z axis and from it.
         """
-        largest, turn = max(self.outer_semiaxes), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.halved_axis_count, (0.0, 0.5))
+        largest, turn = (
+            max(self.outer_semiaxes),
+            {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.halved_axis_count, (0.0, 0.5)),
+        )
         tilt = 0.5 if self.halved_axis_count == 3 else 1.0
         return {
             "radius": (self.hollow_ratio * largest, largest),
@@ -113,7 +116,7 @@ class RoundBody(Shape):
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.ball_blocks import build_ball, build_shell, mesh_blocks
-        from softmark.solvers.mesh.structured_meshes import curve_sides
+        from softmark.solvers.mesh.structured_meshes import project_midside_nodes
 
         (side, shells), largest = self.counts(size, cuts), max(self.outer_semiaxes)
         core, *beyond = radii = self._shell_radii(size, cuts)
@@ -122,7 +125,7 @@ class RoundBody(Shape):
         else:
             blocks, scale = build_ball(side, shells - len(beyond), [r / core for r in beyond]), core / largest
         stretch = tuple(scale * a for a in self.outer_semiaxes)
-        return curve_sides(
+        return project_midside_nodes(
             mesh_blocks(blocks, kind, stretch, self.origin, self.halved_axis_count), self.sides, self.within(cuts)
         )
 
@@ -137,7 +140,9 @@ class RoundBody(Shape):
     @property
     def sides(self) -> tuple[EllipsoidSide, ...]:
         """Outer surface, and the surface of the hollow if there is one."""
-        return tuple(self._similar_ellipsoid(share) for share in ((1.0, self.hollow_ratio) if self.hollow_ratio else (1.0,)))
+        return tuple(
+            self._similar_ellipsoid(share) for share in ((1.0, self.hollow_ratio) if self.hollow_ratio else (1.0,))
+        )
 
 
 @dataclass(frozen=True)

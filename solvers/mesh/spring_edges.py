@@ -32,9 +32,9 @@ class SpringNetwork:
 
     `count` (n,) is the number of cells that share a spring, and `volume` (n,) the sum of their volumes, m^3. `weight`
     (n,), m^3, is the same sum with each cell's volume multiplied by the spring's share in that cell
-    (`hexahedron_shares`). A modulus E is represented by the stiffness E weight / l0^2 of a spring of length l0. Inside
-    a lattice of cubes an edge has four cells and a face diagonal two. On the surface of a block they have fewer, and so
-    less stiffness.
+    (`hexahedron_stiffness_fractions`). A modulus E is represented by the stiffness E weight / l0^2 of a spring of
+    length l0. Inside a lattice of cubes an edge has four cells and a face diagonal two. On the surface of a block they
+    have fewer, and so less stiffness.
     """
 
     edges: Ints
@@ -47,8 +47,8 @@ class SpringNetwork:
 def build_spring_network(mesh: Mesh, diagonals: Diagonals = "all") -> SpringNetwork:
     """Return the springs of a mesh: the edges of its cells, and the diagonals of hexahedra.
 
-    In tetrahedra each edge has the stiffness fraction 1, which is the rule of Van Gelder (1998). `hexahedron_shares`
-    describes hexahedra.
+    In tetrahedra each edge has the stiffness fraction 1, which is the rule of Van Gelder (1998).
+    `hexahedron_stiffness_fractions` describes hexahedra.
     """
     pairs, what = _springs_of_element(mesh.element, diagonals)
     ends = np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1)  # (m springs, 2)
@@ -58,7 +58,7 @@ def build_spring_network(mesh: Mesh, diagonals: Diagonals = "all") -> SpringNetw
     volumes = np.repeat(mesh.volumes, len(pairs))
     share = np.ones(len(ends))
     if mesh.element.diagonals[0]:
-        share = hexahedron_shares(mesh.points[mesh.cells], diagonals).ravel()
+        share = hexahedron_stiffness_fractions(mesh.points[mesh.cells], diagonals).ravel()
     along = np.tile(what, len(mesh.cells))[first]
     volume, weight = np.bincount(which, volumes), np.bincount(which, share * volumes)
     return SpringNetwork(edges, along, np.bincount(which), volume.astype(float), weight.astype(float))
@@ -74,7 +74,7 @@ def _springs_of_element(element: type[Element], diagonals: Diagonals) -> tuple[I
     return pairs, what.astype(np.int64)
 
 
-def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
+def hexahedron_stiffness_fractions(corners: Floats, diagonals: Diagonals) -> Floats:
     """Return the stiffness of each spring in hexahedra as a fraction of E V / l0^2, shape (m, springs).
 
     `corners` (m, 8, 3) are those of the hexahedra, V is the volume, E the modulus and l0 the spring's length. Under
@@ -91,11 +91,11 @@ def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
     n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)
     # cells of an extruded mesh repeat: each kind is solved once
     _, first, which = np.unique(np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True)
-    balanced: Floats = np.array([_fit_shares(directions, usual) for directions in n[first]])[which.ravel()]
+    balanced: Floats = np.array([_fit_stiffness_fractions(directions, usual) for directions in n[first]])[which.ravel()]
     return balanced
 
 
-def _fit_shares(n: Floats, usual: Floats) -> Floats:
+def _fit_stiffness_fractions(n: Floats, usual: Floats) -> Floats:
     """Return the stiffness fractions (s,) of springs with directions n (s, 3), by non-negative least squares.
 
     `usual` (s,) are the fractions in a cube.

@@ -209,7 +209,7 @@ def mesh_extrusion(section: PlaneMesh, length: float, size: float, kind: str, cu
     return mesh_hexahedra(*extrude(section, length, size, cuts), element)
 
 
-def curve_sides(mesh: Mesh, sides: Iterable[CurvedSide], within: Iterable[CurvedSide] = ()) -> Mesh:
+def project_midside_nodes(mesh: Mesh, sides: Iterable[CurvedSide], within: Iterable[CurvedSide] = ()) -> Mesh:
     """Return the mesh with midside nodes moved onto the curved sides of a shape.
 
     A facet belongs to a side if all its corners lie on it; only the midside nodes of such facets are moved. The

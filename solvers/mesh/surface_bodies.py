@@ -128,7 +128,12 @@ class Tetrahedralized(SurfaceBody):
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
         return _tetrahedralize(
-            self.path, self.unit, modification_stamp(self.path), size, self.surface_tolerance(smallest_size(size, graded)), graded
+            self.path,
+            self.unit,
+            modification_stamp(self.path),
+            size,
+            self.surface_tolerance(smallest_size(size, graded)),
+            graded,
         )
 
     def surface(self, size: float = 0.0) -> Surface:

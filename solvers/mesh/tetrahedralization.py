@@ -64,7 +64,7 @@ class FilledMesh(Mesh):
     filling: MeshingRecord | None = None
 
 
-def mesher() -> str:
+def mesher_version() -> str:
     """Return the name and version of the mesher. Raises UnreadableMesh if it is not installed."""
     try:
         return f"{MESHER} {metadata.version(MESHER)}"
@@ -80,7 +80,7 @@ def fill_surface(surface: ClosedSurface, size: float, tolerance: float, graded: 
 
     Where the condition of a graded cut holds, edges are shorter by the factor of the cut. Raises UnreadableMesh.
     """
-    name = mesher()
+    name = mesher_version()
     key = hashlib.sha256(repr((name, MEANT, size, tolerance)).encode())
     key.update(surface.points.tobytes())
     key.update(surface.triangles.tobytes())

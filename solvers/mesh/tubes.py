@@ -123,11 +123,11 @@ class Tube(RoundPrism):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_extrusion, mesh_ring
+        from softmark.solvers.mesh.structured_meshes import mesh_extrusion, mesh_ring, project_midside_nodes
 
         section = mesh_ring(self.inner, self.radius, count_cells_around(self.radius, size), size, cuts)
         mesh = place_mesh(mesh_extrusion(section, self.length, size, kind, cuts), self.axis, self.origin)
-        return curve_sides(mesh, self.sides, cylinders_of_cuts(self, cuts))
+        return project_midside_nodes(mesh, self.sides, cylinders_of_cuts(self, cuts))
 
     @property
     def sides(self) -> tuple[CylinderSide, ...]:

@@ -333,12 +333,12 @@ def kernel(function: Kernel) -> Kernel:
     return _with_disk_cache(function, njit(**_LEAN, _nrt=False)(function))
 
 
-def maker(function: Kernel) -> Kernel:
+def allocating_kernel(function: Kernel) -> Kernel:
     """Decorate a function as a kernel that may create arrays."""
     return _with_disk_cache(function, njit(**_LEAN)(function))
 
 
-def part(function: Kernel) -> Kernel:
+def kernel_part(function: Kernel) -> Kernel:
     """Decorate a function that numba compiles as part of the kernels that call it.
 
     Python calls run it uncompiled. The function must not create arrays.

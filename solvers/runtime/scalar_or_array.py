@@ -71,6 +71,6 @@ def where(condition: Any, one: T, other: Any) -> T:
     return many
 
 
-def like(x: Any, value: Any) -> Any:
+def full_like(x: Any, value: Any) -> Any:
     """Return `value` itself if `x` is a number, else an array of the shape of `x` filled with it."""
     return value if type(x) is float else np.full_like(x, value)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.runtime.kernel_cache import kernel, part
+from softmark.solvers.runtime.kernel_cache import kernel, kernel_part
 from softmark.solvers.sparse.blas import GEMM, GEMV, POTRF, SYRK, TRSM, TRSV, call
 
 Ints = NDArray[np.int64]
@@ -60,7 +60,7 @@ def factorise(
     return 0
 
 
-@part
+@kernel_part
 def _eliminate_definite(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values,
@@ -91,7 +91,7 @@ def _eliminate_definite(
     return True
 
 
-@part
+@kernel_part
 def _eliminate_signed(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values, first: int, signs: Values, values: Values, work: Values,
@@ -159,7 +159,7 @@ def _eliminate_signed(
     return True
 
 
-@part
+@kernel_part
 def _add_update_matrix(
     U: Values,
     source: int,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.runtime.kernel_cache import kernel, maker
+from softmark.solvers.runtime.kernel_cache import allocating_kernel, kernel
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
@@ -221,7 +221,7 @@ def place_update_matrices(parents: Ints, sizes: Ints, update: Ints) -> int:
     return peak[0] + peak[1]
 
 
-@maker
+@allocating_kernel
 def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints) -> int:
     """Compute a nested dissection of a graph by planes, with separators last in `order` (n,).
 
@@ -280,7 +280,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
     return held
 
 
-@maker
+@allocating_kernel
 def _find_best_separator(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
     """Return the best cut of the nodes `by` (size,), which are sorted along one direction.
 
@@ -317,7 +317,7 @@ def _find_best_separator(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> t
     return at, above, cost
 
 
-@maker
+@allocating_kernel
 def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
     """Return the coordinates of the points with the numbers `part` (k,) along the vector `axis` (3,)."""
     t = np.empty(len(part))
@@ -326,7 +326,7 @@ def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
     return t
 
 
-@maker
+@allocating_kernel
 def _cut_directions(points: Floats, part: Ints) -> Floats:
     """Return four directions for cutting the points with the numbers `part`, shape (4, 3).
 

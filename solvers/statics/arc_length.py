@@ -38,7 +38,7 @@ BACK = -1.0  # load at which a path is given up
 
 
 @dataclass(frozen=True)
-class PathLimit:
+class CriticalPoint:
     """Critical point of an equilibrium path: its load factor and its kind, `limit point` or `bifurcation`."""
 
     load: float
@@ -66,7 +66,7 @@ class Path:
     """Equilibrium path found so far: its points and its critical points."""
 
     points: list[PathPoint] = field(default_factory=list)
-    limits: list[PathLimit] = field(default_factory=list)
+    limits: list[CriticalPoint] = field(default_factory=list)
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -353,9 +353,9 @@ class PathFollower:
         change = (there.negative or 0) - (here.negative or 0) if known else 0
         try:
             if turns:
-                self.path.limits.append(PathLimit(self._find_limit_point(here, there, step)[0].load, "limit point"))
+                self.path.limits.append(CriticalPoint(self._find_limit_point(here, there, step)[0].load, "limit point"))
             if change and abs(change) != int(turns):
-                self.path.limits.append(PathLimit(self._find_bifurcation_load(here, there, step), "bifurcation"))
+                self.path.limits.append(CriticalPoint(self._find_bifurcation_load(here, there, step), "bifurcation"))
         except PathLost:
             pass  # the tangents at both points already show that a critical point lies between
 

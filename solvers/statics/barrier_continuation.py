@@ -21,7 +21,7 @@ ROUNDS = 12  # largest number of rounds that add points; after that the state is
 Find = Callable[[Statics], Equilibrium]
 
 
-class PassedThrough(NotConverged):
+class RigidBodyTunnelling(NotConverged):
     """Raised if a rigid body has passed through the surface in one step; smaller steps may avoid this."""
 
 
@@ -97,7 +97,7 @@ def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
         (tunnelling_depth(energy, before, found.x) for energy in _rigid_contacts(problem.assembly)), default=0.0
     ):
         reason = f"a rigid body penetrates the surface by {1e3 * deep:.3g} mm in one step: use more, smaller states"
-        raise PassedThrough(reason, found.history, found.facts)
+        raise RigidBodyTunnelling(reason, found.history, found.facts)
 
 
 def _rigid_contacts(assembly: Assembly) -> list[Any]:

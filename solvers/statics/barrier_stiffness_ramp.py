@@ -28,7 +28,7 @@ BEHIND = 0.1  # of the depth of the centroid: where the softest barrier becomes 
 NEAR = 1e-4  # relative residual for all stiffnesses except the last
 
 
-def ramp_barrier(newton: Newton, x: Floats, load: float) -> Floats:
+def solve_with_stiffness_ramp(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the frictionless equilibrium at a load factor, from x, by a stiffness ramp. Raises NotConverged."""
 
     def known(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
@@ -89,7 +89,7 @@ def solve_in_stiffness_steps(
             left.insert(0, (known * left[0]) ** 0.5)
             continue
         x, before, newton.moved, known = y, assembly, own.moved, left.pop(0)
-    copy_result(newton, own)
+    copy_solver_state(newton, own)
     return x
 
 
@@ -105,7 +105,7 @@ def solver_for(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Ne
     return own
 
 
-def copy_result(newton: Newton, own: Newton) -> None:
+def copy_solver_state(newton: Newton, own: Newton) -> None:
     """Copy the last factorisation and the convergence criterion from one Newton solver, `own`, to another."""
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 

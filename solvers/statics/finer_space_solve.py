@@ -119,7 +119,7 @@ def tangent_solver(
     """
     K = assembly.tangent(x, 1.0)
     watch()
-    if is_direct(assembly):
+    if uses_direct_solver(assembly):
         return K, factor(K, symmetric=assembly.conservative).solve
     nearly = _two_level_preconditioner(K, below(), watch)
 
@@ -132,7 +132,7 @@ def tangent_solver(
     return K, solve
 
 
-def lowest_frequencies(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
+def lowest_squared_frequencies(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
     """Return squared frequencies w^2 (m,), (rad/s)^2, of K phi = w^2 M phi on the finer space. Raises StateLost.
 
     `modes` (n, m) are the modes of a coarser space, prolongated to the finer one. Each mode gets one step of inverse
@@ -188,7 +188,7 @@ def _newton_step(
     """
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
-    direct = is_direct(assembly)
+    direct = uses_direct_solver(assembly)
     for definite in (False,) if direct else (False, True):
         K = assembly.tangent(x, 1.0, definite)
         if not np.all(np.isfinite(K.data)):
@@ -206,7 +206,7 @@ def _newton_step(
     return -known.solve(g), known.solve
 
 
-def is_direct(assembly: Assembly) -> bool:
+def uses_direct_solver(assembly: Assembly) -> bool:
     """Return whether the linear systems of an assembly are solved by factorisation instead of iteration."""
     return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.barrier_stiffness_ramp import (
     SOFT,
-    copy_result,
+    copy_solver_state,
     minimize_at_load,
     solve_in_stiffness_steps,
     solver_for,
@@ -45,7 +45,7 @@ def solve_friction(newton: Newton, x: Floats, load: float) -> Floats:
             pass
         else:
             newton.moved = own.moved
-            copy_result(newton, own)
+            copy_solver_state(newton, own)
             return found
     try:
         return solve_in_stiffness_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _solve_from_sticking_contact)
@@ -118,7 +118,10 @@ def _explain_sliding_failure(newton: Newton, failure: NotConverged, x: Floats | 
 
 def is_stable_at_pressures(newton: Newton, x: Floats) -> bool | None:
     """Return whether an equilibrium x is stable if its pressures stay constant; None if unknown."""
-    return solver_for(newton, _with_lagged_friction(newton.assembly, x, None, grips=False), 1.0).is_tangent_definite(x) or None
+    return (
+        solver_for(newton, _with_lagged_friction(newton.assembly, x, None, grips=False), 1.0).is_tangent_definite(x)
+        or None
+    )
 
 
 def _with_lagged_friction(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:

@@ -46,7 +46,7 @@ def is_applicable(drive: ImposedDeformation) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class PrincipalPoint:
+class PrincipalStretchSolver:
     """Isotropic law at one point, solved in principal stretches.
 
     For an incompressible solid, `law` is its isochoric law and `constraint` its volume constraint. For a compressible

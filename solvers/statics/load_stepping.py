@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.static_newton import Newton
-from softmark.solvers.statics.static_problem import CoarseTurn, NotConverged
+from softmark.solvers.statics.static_problem import CellsTooCoarseForRotation, NotConverged
 from softmark.solvers.statics.winding_number import COARSE
 
 FIRST, LEAST = 0.25, 1.0 / 512.0  # first and least load step
@@ -53,17 +53,17 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
         there, done, _ = newton.take_full_steps(start, most, target)
     except NotConverged:
         return None
-    if newton.problem.way is not None and left_solution_branch(x, start, there):
+    if newton.problem.way is not None and has_left_solution_branch(x, start, there):
         return None
     if not (done and newton.problem.sound(there)):
         return None
     lost = newton.problem.lost_turn_message(there, target)
     if lost == COARSE:  # this happens on the path itself: shorter steps do not help
-        raise CoarseTurn(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
+        raise CellsTooCoarseForRotation(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
     return None if lost else there
 
 
-def left_solution_branch(x: Floats, start: Floats, there: Floats) -> bool:
+def has_left_solution_branch(x: Floats, start: Floats, there: Floats) -> bool:
     """Return whether Newton's method has converged to another solution branch in a load step.
 
     This is so if the correction from the predicted state `start` to the result `there` is longer than the step of the

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.materials.constitutive_law import Law
 from softmark.solvers.materials.volumetric_constraints import Constraint, VolumeRatioConstraint
-from softmark.solvers.statics.isotropic_material_point import PrincipalPoint, is_applicable
+from softmark.solvers.statics.isotropic_material_point import PrincipalStretchSolver, is_applicable
 from softmark.solvers.statics.material_point_state import (
     FARTHEST,
     HALVINGS,
@@ -107,16 +107,16 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ path to a state
 
-    def _select_solver(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalPoint:
+    def _select_solver(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalStretchSolver:
         """Return the solver for an imposed deformation: the one in principal axes if it applies, else this one."""
         known = None if self.linear else self._principal_stretch_solver
         return known if known is not None and is_applicable(drive) else self
 
     @cached_property
-    def _principal_stretch_solver(self) -> PrincipalPoint | None:
+    def _principal_stretch_solver(self) -> PrincipalStretchSolver | None:
         """Solver in principal axes; None if the law has no form in principal stretches."""
         free = self.constraint is None or isinstance(self.constraint, VolumeRatioConstraint)
-        return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
+        return PrincipalStretchSolver(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
 
     def _follow_from_rest(self, drive: ImposedDeformation, iterations: int) -> PointState:
         """Return the state under an imposed deformation, through intermediate states from rest. Raises NoState."""

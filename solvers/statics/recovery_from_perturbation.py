@@ -31,7 +31,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Singular, condition, factor
-from softmark.solvers.linear.linear_solver import Systems
+from softmark.solvers.linear.linear_solver import CountingLinearSolver
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.statics.static_equilibrium import equilibrium
 from softmark.solvers.statics.static_newton import RIGID, Newton
@@ -92,7 +92,7 @@ class _Recovery:
         self.tangled = tangled
         self.random = np.random.default_rng([tangled.seed, 1])
         self.history: list[Iteration] = []
-        self.systems = Systems(problem.linear)
+        self.systems = CountingLinearSolver(problem.linear)
         self.newton = Newton(self.problem, self.history, self.systems, "recovery")
         self.stable: bool | None = None
         self.attempts = self.filled = 0
@@ -317,7 +317,9 @@ class _Recovery:
         problem, newton = self.problem, self.newton
         facts = self.systems.facts | self._report_facts
         facts["recovery"]["elsewhere"] = self._has_other_displacements(x)
-        found = Equilibrium(x, newton.gradient_and_residual(x, 1.0)[1], tuple(self.history), 1, newton.criterion, self.stable)
+        found = Equilibrium(
+            x, newton.gradient_and_residual(x, 1.0)[1], tuple(self.history), 1, newton.criterion, self.stable
+        )
         follower = not problem.assembly.conservative
         found = replace(found, linear_solver=self.systems.name, facts=facts, follower=follower, started=True)
         return replace(found, condition=self._condition_number())

@@ -34,7 +34,7 @@ def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
     C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.not_proportional]).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
-    return linear_response(problem, assembly.acting(assembly.internal, old), x, change)
+    return predict_by_linear_response(problem, assembly.acting(assembly.internal, old), x, change)
 
 
 def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
@@ -66,10 +66,10 @@ def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
     for energy, was, moves in zip(known, loads, each, strict=True):
         if moves:
             was.add_force_change_of_motion(x, energy.body, change)
-    return linear_response(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
+    return predict_by_linear_response(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
 
 
-def linear_response(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
+def predict_by_linear_response(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
     """Return the state x (dofs,) plus its first-order response to a change of forces (dofs,), N.
 
     The tangent is that of the assembly `before`; if it is singular, x is returned. The step is shortened so that no

@@ -33,15 +33,15 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
-from softmark.solvers.linear.linear_solver import Linear, Systems
+from softmark.solvers.linear.linear_solver import CountingLinearSolver, LinearSolverOptions
 from softmark.solvers.statics.arc_length import PathFollower
-from softmark.solvers.statics.load_stepping import left_solution_branch, solve_in_load_steps
+from softmark.solvers.statics.load_stepping import has_left_solution_branch, solve_in_load_steps
 from softmark.solvers.statics.rigid_motion_predictor import predict_rigid_motion
 from softmark.solvers.statics.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.static_problem import (
     HELD,
     SLIDES,
-    CoarseTurn,
+    CellsTooCoarseForRotation,
     Criterion,
     Equilibrium,
     Iteration,
@@ -51,15 +51,15 @@ from softmark.solvers.statics.static_problem import (
 )
 from softmark.solvers.statics.static_stability import (
     critical_load,
-    current_stiffness,
     direct_newton,
     loose_motion,
     rounding_error,
+    stiffness_parameter_with_count,
 )
 
 __all__ = [
-    "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "Linear", "NotConverged", "Statics", "Watch",
-    "equilibrium",
+    "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "LinearSolverOptions", "NotConverged",
+    "Statics", "Watch", "equilibrium",
 ]  # fmt: skip
 
 DOUBTED = 1e-4  # condition number times eps above which the rounding error is measured
@@ -74,7 +74,7 @@ BOLD, ROUGH = 20, 12  # largest numbers of full steps: with the law; with its tw
 def equilibrium(problem: Statics) -> Equilibrium:
     """Return the equilibrium under full load. Raises NotConverged with the history of all attempts."""
     history: list[Iteration] = []
-    systems = Systems(problem.linear)
+    systems = CountingLinearSolver(problem.linear)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if problem.cap is not None or problem.linear.cap is not None:
             return _solve_with_capped_steps(problem, history, systems)
@@ -103,7 +103,7 @@ def _explain_failure(problem: Statics, history: list[Iteration], failure: NotCon
     return NotConverged(reason, tuple(history), facts, left, loose)
 
 
-def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the equilibrium at full load by the three strategies in turn. Raises NotConverged."""
     ways = [_solve_from_given_start] if problem.start is not None and problem.largest_load_step == 1.0 else []
     unstable = None
@@ -118,7 +118,7 @@ def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: 
         before = len(history)
         try:
             return way(problem, history, systems)
-        except CoarseTurn:  # the careful strategy follows the same path
+        except CellsTooCoarseForRotation:  # the careful strategy follows the same path
             raise
         except NotConverged as failure:  # the history has its iterations; the careful strategy starts from rest
             unstable = failure.unstable if unstable is None else unstable
@@ -135,7 +135,7 @@ def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: 
 # ------------------------------------------------------------------ full steps at full load
 
 
-def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
     start = _start_state(newton)
@@ -143,11 +143,15 @@ def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: Sys
     return _accept_stable_state(newton, x)
 
 
-def _solve_from_given_start(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_from_given_start(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
     x = _move_given_start(newton)
-    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.may_contact else newton.solve_with_full_steps(x, ROUGH)
+    x = (
+        newton.descend(predict_rigid_motion(problem, x), 1.0)
+        if problem.may_contact
+        else newton.solve_with_full_steps(x, ROUGH)
+    )
     return replace(_accept_stable_state(newton, x), started=True)
 
 
@@ -158,19 +162,19 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
     """
     if not newton.problem.has_rigid_bodies or newton.problem.has_friction:
         return newton.descend(x, load)
-    from softmark.solvers.statics.barrier_stiffness_ramp import ramp_barrier
+    from softmark.solvers.statics.barrier_stiffness_ramp import solve_with_stiffness_ramp
 
-    return ramp_barrier(newton, x, load)
+    return solve_with_stiffness_ramp(newton, x, load)
 
 
-def _solve_with_soft_barriers(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_with_soft_barriers(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the equilibrium at full load, with soft barriers first. Raises NotConverged."""
     newton = Newton(problem, history, systems, "soft barriers")
     x = newton.impose_support_motion(problem.rest, 1.0) if problem.start is None else _move_given_start(newton)
     return _accept_stable_state(newton, _minimize_energy(newton, x, 1.0))
 
 
-def _solve_in_load_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_in_load_steps(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the equilibrium at full load by load stepping. Raises NotConverged."""
     newton = Newton(problem, history, systems, "steps of load")
     x, steps = solve_in_load_steps(newton)
@@ -259,7 +263,7 @@ def _is_stable(newton: Newton, x: Floats) -> bool | None:
 
 
 def _solve_buckling_after_rotation(
-    problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats
+    problem: Statics, history: list[Iteration], systems: CountingLinearSolver, unstable: Floats
 ) -> Equilibrium:
     """Return the stable state to which a body buckles from an unstable equilibrium at the end of a rotation.
 
@@ -274,7 +278,9 @@ def _solve_buckling_after_rotation(
     return replace(_equilibrium_at(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
 
 
-def _leave_instability(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
+def _leave_instability(
+    problem: Statics, history: list[Iteration], systems: CountingLinearSolver, unstable: Floats
+) -> Equilibrium:
     """Return a stable state near an unstable equilibrium of a body held only by contact, if the body deforms.
 
     Raises NotConverged if the body moves away as a rigid body: load stepping would find no equilibrium either.
@@ -296,7 +302,7 @@ def _leave_instability(problem: Statics, history: list[Iteration], systems: Syst
 # ------------------------------------------------------------------ full steps with a cap
 
 
-def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the state of full steps when the cap is reached, or the equilibrium if earlier. Raises NotConverged."""
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
@@ -306,7 +312,7 @@ def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems
         raise NotConverged("full Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
         return replace(_accept_stable_state(newton, x), started=started)
-    state, _, residual = _in_double_precision(newton, x)
+    state, _, residual = _evaluate_in_double_precision(newton, x)
     sound = bool(problem.sound(state))
     found = Equilibrium(state, residual, tuple(history), 1, "cap", None, systems.name, systems.facts)
     return replace(found, sound=sound, started=started)
@@ -315,7 +321,9 @@ def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems
 # --------------------------------------------------------- careful strategy
 
 
-def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
+def _solve_safely(
+    problem: Statics, history: list[Iteration], systems: CountingLinearSolver, vain: int | None = None
+) -> Equilibrium:
     """Return the equilibrium by the careful strategy: load steps are halved where they fail. Raises NotConverged.
 
     `vain` is the number of iterations of an earlier failed step from rest to full load; this step is not tried again.
@@ -329,7 +337,7 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
         try:
             begun = newton.impose_support_motion(x, target - load, target)
             there = _minimize_energy(newton, begun, target)
-            if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
+            if problem.way is not None and problem.bold and has_left_solution_branch(x, begun, there):
                 raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
             if lost := problem.lost_turn_message(there, target):
                 raise NotConverged(lost, tuple(history))
@@ -354,7 +362,7 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
 
 def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
     """Return a text with a likely cause why the load cannot be raised: a limit point or a bifurcation, or ""."""
-    known = current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
+    known = stiffness_parameter_with_count(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
     soft, negative = known
@@ -370,7 +378,7 @@ def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats
 # ------------------------------------------------------------------ arc length and result
 
 
-def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
     """Return the first equilibrium under full load along the equilibrium path from rest. Raises NotConverged."""
     newton = direct_newton(problem, history, "path")
     newton.systems = systems
@@ -395,7 +403,7 @@ def _equilibrium_at(newton: Newton, x: Floats, steps: int, stable: bool | None) 
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", history, facts)
     criterion = newton.criterion
-    x, left, residual = _balance_resultant(newton, *_in_double_precision(newton, x))
+    x, left, residual = _balance_resultant(newton, *_evaluate_in_double_precision(newton, x))
     if problem.exact is not None:
         criterion = "residual" if residual <= problem.tolerance else "rounding"
         if residual > problem.rounded:
@@ -488,7 +496,7 @@ def _energy_norm_error(exact: Assembly, x: Floats) -> float:
     return float(np.sqrt(0.5 * size / energy)) if known else float("inf")
 
 
-def _in_double_precision(newton: Newton, x: Floats) -> tuple[Floats, Floats, float]:
+def _evaluate_in_double_precision(newton: Newton, x: Floats) -> tuple[Floats, Floats, float]:
     """Return the state with exact imposed values, its gradient and its residual, all in double precision."""
     problem = newton.problem
     if problem.exact is None:

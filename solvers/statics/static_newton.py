@@ -11,7 +11,7 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
 from softmark.solvers.linear.factorisations import DeferredFactor, Factor, Singular
-from softmark.solvers.linear.linear_solver import TIGHTEST, Systems
+from softmark.solvers.linear.linear_solver import TIGHTEST, CountingLinearSolver
 from softmark.solvers.statics.rigid_motion_predictor import force_change_of_rigid_motion
 from softmark.solvers.statics.static_problem import Criterion, Iteration, NotConverged, Statics
 
@@ -28,7 +28,9 @@ Merit = Callable[[Floats, float], float]
 class Newton:
     """Newton solver of one assembly; it keeps the last factorisation and records all iterations."""
 
-    def __init__(self, problem: Statics, history: list[Iteration], systems: Systems, phase: str = "free") -> None:
+    def __init__(
+        self, problem: Statics, history: list[Iteration], systems: CountingLinearSolver, phase: str = "free"
+    ) -> None:
         self.problem = problem
         self.assembly = problem.assembly
         self.history = history
@@ -166,7 +168,9 @@ class Newton:
             return x
         raise NotConverged(f"full Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
-    def take_full_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
+    def take_full_steps(
+        self, x: Floats, most: int, load: float = 1.0, least: float = 0.0
+    ) -> tuple[Floats, bool, float]:
         """Take at most `most` full steps; return the state, whether it is an equilibrium, and the residual."""
         self._close = self._tiny = False
         self._last_residual = np.inf
@@ -217,7 +221,9 @@ class Newton:
     def _set_linear_tolerance(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
         if self.systems.choice.iterative:
-            goal = self.systems.next_linear_tolerance(residual, self._last_residual, self._last_goal, self.problem.tolerance)
+            goal = self.systems.next_linear_tolerance(
+                residual, self._last_residual, self._last_goal, self.problem.tolerance
+            )
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
@@ -340,7 +346,9 @@ class Newton:
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
-    def _search_line(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
+    def _search_line(
+        self, x: Floats, load: float, g: Floats, value: float, merit: Merit
+    ) -> tuple[Floats, float, float]:
         """Return state, merit and step length after a line search. Raises NotConverged.
 
         It searches along the Newton direction, or along that of the definite tangent if the first fails.

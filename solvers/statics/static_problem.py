@@ -13,7 +13,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints, Space
 from softmark.solvers.energies.stabilization_spring import StabilizationSpring
 from softmark.solvers.linear import factorisations as linear
-from softmark.solvers.linear.linear_solver import Linear
+from softmark.solvers.linear.linear_solver import LinearSolverOptions
 
 Criterion = Literal["residual", "energy", "rounding", "cap"]
 Watch = Callable[["Iteration"], None]
@@ -55,7 +55,7 @@ class NotConverged(Exception):
         self.loose = loose
 
 
-class CoarseTurn(NotConverged):
+class CellsTooCoarseForRotation(NotConverged):
     """Raised if cells are too large to follow a rotation from rest; no other strategy can follow it either."""
 
 
@@ -165,7 +165,7 @@ class Statics:
     travelled: float = 0.0
     weights: Floats = field(default_factory=lambda: np.ones(1))  # (dofs,) or (1,)
     watch: Watch = field(default=lambda iteration: None)
-    linear: Linear = field(default_factory=Linear)
+    linear: LinearSolverOptions = field(default_factory=LinearSolverOptions)
     path: Literal["load", "arc_length"] = "load"
     start: Floats | None = None
     cap: int | None = None

@@ -12,7 +12,7 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular
-from softmark.solvers.linear.linear_solver import Systems
+from softmark.solvers.linear.linear_solver import CountingLinearSolver
 from softmark.solvers.statics.arc_length import PathFollower, PathLost
 from softmark.solvers.statics.static_newton import Newton
 from softmark.solvers.statics.static_problem import Iteration, NotConverged, Statics
@@ -48,7 +48,7 @@ def direct_newton(problem: Statics, history: list[Iteration], phase: str) -> New
     choice = replace(problem.linear, method=method, precision="double", reuse=False, cap=None)
     assembly, rest = problem.exact or problem.assembly, np.asarray(problem.rest, dtype=np.float64)
     exact = replace(problem, assembly=assembly, exact=None, rest=rest, linear=choice)
-    return Newton(exact, history, Systems(choice), phase)
+    return Newton(exact, history, CountingLinearSolver(choice), phase)
 
 
 def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> float | None:
@@ -122,11 +122,11 @@ def _extrapolate_critical_load(newton: Newton, low: _PathState, high: _PathState
     It follows from the least t > 0 with K_low v = t (K_low - K_high) v.
     """
     middle = 0.5 * (low.load + high.load)
-    part = None if newton.assembly.saddle else least_part(low.K, low.factor, high.K)
+    part = None if newton.assembly.saddle else least_singular_fraction(low.K, low.factor, high.K)
     return middle if part is None else low.load + part * (high.load - low.load)
 
 
-def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -> float | None:
+def least_singular_fraction(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -> float | None:
     """Return the least fraction t in (0, 1) for which K + t (other - K) is singular; None if there is none.
 
     K is positive definite, with the factorisation `factor`.
@@ -155,7 +155,9 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
 # ------------------------------------------------------------------ stiffness against the load
 
 
-def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, load: float) -> tuple[float, int] | None:
+def stiffness_parameter_with_count(
+    problem: Statics, history: list[Iteration], x: Floats, load: float
+) -> tuple[float, int] | None:
     """Return the stiffness against the load relative to that at rest, and the number of negative eigenvalues.
 
     This is the current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978), which is zero at a

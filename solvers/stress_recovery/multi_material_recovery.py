@@ -17,7 +17,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import PointLocations, cache_locations, locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.mesh.mesh_groups import is_known_row
+from softmark.solvers.mesh.mesh_groups import known_row_mask
 from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState
 from softmark.solvers.stress_recovery.stress_field import Chosen, Number, Part, Stresses, tensor_norm
 from softmark.solvers.stress_recovery.stress_measures import TensorsBySide
@@ -232,7 +232,7 @@ class MultiMaterialStresses(Stresses):
         zero. The materials of the cells with these nodes meet at the point.
         """
         where = locate_points(self.state.mesh, X)
-        found = np.stack([is_known_row(own.state.mesh.cells, where.nodes) for own in self.each])
+        found = np.stack([known_row_mask(own.state.mesh.cells, where.nodes) for own in self.each])
         alone = found.copy()
         counts = np.abs(where.N) > AT
         several = (self._nodes_of_materials[:, where.nodes] | ~counts).all(axis=2).sum(axis=0) > 1

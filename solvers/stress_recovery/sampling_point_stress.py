@@ -10,9 +10,9 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.energies import displacement_gradient_scaling
-from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
+from softmark.solvers.materials import Isotropic, law_for, mixed_for, shear_and_volume_laws
 from softmark.solvers.materials.volumetric_constraints import MixedSplit
-from softmark.solvers.mesh.element_interpolation import Integration, Rule, integrate_cells, mean_gradients
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, Rule, integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
@@ -89,13 +89,13 @@ class DeformedState:
         """Return the displacement gradients du_i/dX_J (m, q, 3, 3) at the points of a rule."""
         H = self._gradients_from_nodes(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # plane stress: the thickness changes independently of the nodes
-            from softmark.solvers.materials.plane_stress import thickness
+            from softmark.solvers.materials.plane_stress import thickness_stretch
 
             law = law_for(self._material_at_rule(rule), self.strain)
-            H[..., 2, 2] = thickness(law, _deformation_gradients(H)).reshape(H.shape[:2]) - 1.0
+            H[..., 2, 2] = thickness_stretch(law, _deformation_gradients(H)).reshape(H.shape[:2]) - 1.0
         return H
 
-    def _gradients_from_nodes(self, parts: Integration) -> Floats:
+    def _gradients_from_nodes(self, parts: IntegrationPoints) -> Floats:
         """Return du_i/dX_J (m, q, 3, 3) from the nodal displacements only."""
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
         if self.revolved:  # hoop strain is u_x / x; on the axis it equals the strain along x
@@ -106,9 +106,9 @@ class DeformedState:
 
     def _cauchy_stress(self, H: Floats, rule: Rule) -> Floats:
         """Return the Cauchy stress (m, q, 3, 3), Pa, for displacement gradients H. Raises StressUnavailable."""
-        laws = parts_for(self._material_at_rule(rule), self.strain) if self.way == "selective" else None
+        laws = shear_and_volume_laws(self._material_at_rule(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # shear law at the point, volume law with the mean gradient of the cell
-            of_volume = (parts_for(self._cell_mean_material(), self.strain) or laws)[1]
+            of_volume = (shear_and_volume_laws(self._cell_mean_material(), self.strain) or laws)[1]
             mean = self._gradients_from_nodes(mean_gradients(self.mesh, self.revolved))
             volume = self._push_forward(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
             return self._push_forward(_piola_stress(laws[0], H), H) + volume

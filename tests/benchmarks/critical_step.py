@@ -22,7 +22,7 @@ from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 from softmark.solvers.dynamics.integrator import Motion, StepFailed
-from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_shapes_and_volumes
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
@@ -90,7 +90,7 @@ def problem_of(some: Configuration) -> Dynamics:
     x = mesh.points[:, 0]
     ends = x < 1e-9 if some.stretch == 1.0 else (x < 1e-9) | (x > 2.0 - 1e-9)
     fixed = (3 * np.flatnonzero(ends)[:, None] + np.arange(3)).ravel()
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, mesh.element)
     rest = np.zeros_like(mesh.points)
     rest[:, 0] = (some.stretch - 1.0) * x
     state = rest.ravel()

@@ -25,7 +25,7 @@ from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation
-from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
+from softmark.solvers.materials import MATERIALS, law_for, mixed_for, shear_and_volume_laws
 from softmark.solvers.mesh.cell_splitting import mesh_hexahedra, two_colour_points
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
@@ -52,7 +52,7 @@ def energy_of(mesh: Mesh, form: str, what: Any) -> Any:
     if form == "mean_dilatation" and split is not None:
         return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
     if form == "selective":
-        middle, laws = mean_gradients(mesh), parts_for(what, "small")
+        middle, laws = mean_gradients(mesh), shear_and_volume_laws(what, "small")
         assert laws is not None
         return EnergySum((Elastic(*body, laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
     return Elastic(*body, law_for(what, "small"))

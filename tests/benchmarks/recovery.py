@@ -32,7 +32,7 @@ from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
-from softmark.solvers.materials import MATERIALS, law_for, parts_for
+from softmark.solvers.materials import MATERIALS, law_for, shear_and_volume_laws
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.spring_edges import build_spring_network
@@ -92,7 +92,7 @@ def block(law: str, element: str) -> Block:
 def integrated(cells: Elastic, mesh: Mesh, element: str, material: Any, strain: str) -> Energy:
     """The energy as models integrate it."""
     if element.endswith("selective"):
-        laws = parts_for(material, strain)
+        laws = shear_and_volume_laws(material, strain)
         if laws is None:
             raise SystemExit(f"{material} does not come apart")
         middle = mean_gradients(mesh)

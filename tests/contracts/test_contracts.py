@@ -47,7 +47,7 @@ from softmark.records import dataclass
 from softmark.references import REFERENCES
 from softmark.references.reference_base import How, Reference
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.boolean_shapes import BooleanShape
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import SHAPES, Box, Sphere
@@ -170,7 +170,7 @@ def test_shapes(name: str, shaped: dict[str, Any]) -> None:
         pytest.skip("of rigid bodies alone: tests/solvers/test_signed_distance.py")
     if SHAPES[name].enclosed and find_spec("pytetwild") is None:
         pytest.skip("needs the extra `meshing`")
-    if issubclass(cls, Combined) and find_spec("manifold3d") is None:
+    if issubclass(cls, BooleanShape) and find_spec("manifold3d") is None:
         pytest.skip("needs the extra `solids`")
     if shaped.keys() <= cls.__dataclass_fields__.keys():
         check_shape(cls(**(SHAPED[name] | shaped)), 0.003)

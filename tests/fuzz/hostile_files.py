@@ -242,7 +242,7 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
     from softmark.solvers.mesh.files import mesh_reader
 
     def field(path: Path) -> object:
-        field_files._loaded.cache_clear()
+        field_files._load_field.cache_clear()
         amount = type("Amount", (), {"value": 1.0})()
         return field_files.load_field(Field(str(path), unit=amount, length=1e-3))
 

@@ -27,7 +27,7 @@ from softmark.interpreter.models.postprocessing import reaction_and_work
 from softmark.interpreter.models.shared import load_setup, support_constraints
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.solvers.elements import CELLS
-from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for, parts_for
+from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for, shear_and_volume_laws
 from softmark.solvers.materials.active_strain import ActiveStrain
 from softmark.solvers.materials.active_stress import ActiveTension
 from softmark.solvers.materials.tensor_components import cofactor
@@ -115,7 +115,7 @@ def laws_of(material: Any, model: str) -> list[Any]:
     """The laws, or for what presses the constraint, that a model asks."""
     strain = "finite" if "finite" in MODELS[model] else "small" if model == "small" else "corotational"
     if model == "selective":
-        return [*(parts_for(material, strain) or ())]
+        return [*(shear_and_volume_laws(material, strain) or ())]
     if model in ("mixed", "mean"):
         mixed = mixed_for(material, strain)
         assert mixed is not None

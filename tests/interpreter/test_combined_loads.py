@@ -14,7 +14,7 @@ import softmark
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
 from softmark.interpreter.problem.surface_selection.containment import HERE, inside_condition
 from softmark.interpreter.problem.surface_selection.exact_surface import select_surface, volume
-from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
+from softmark.solvers.mesh.boolean_shapes import BooleanShape, Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.shape import Shape
@@ -35,7 +35,7 @@ ANGLE = Extruded(((0.0, 0.0), (4 * R, 0.0), (4 * R, R), (R, R), (R, 3 * R), (0.0
 BOTTLE = Revolved(((0.0, 0.0), (R, 0.0), (R, 2 * R), (R / 2, 3 * R), (0.0, 3 * R)))
 CAP = PI * (R / 2) ** 2 * (3 * R - R / 2) / 3, PI * R * R  # of a ball, half as high as its radius
 WHOLE = 4 / 3 * PI * R**3, 4 * PI * R * R
-BODIES: dict[str, tuple[Combined, float, float]] = {  # with volume and area
+BODIES: dict[str, tuple[BooleanShape, float, float]] = {  # with volume and area
     "two balls": (Union(BALL, NEXT), 2 * (WHOLE[0] - CAP[0]), 2 * (WHOLE[1] - CAP[1])),
     "a lens": (Intersection(BALL, NEXT), 2 * CAP[0], 2 * CAP[1]),
     "a ball less a lens": (Difference(BALL, NEXT), WHOLE[0] - 2 * CAP[0], WHOLE[1]),

@@ -11,7 +11,7 @@ import pytest
 import softmark
 from softmark.interpreter.metrics import curve_geometry
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.references.inclusion import Hookean, RoundCore
+from softmark.references.inclusion import BodyWithRoundCore, Hookean
 
 LOADED = """
 material gel  = st_venant_kirchhoff(young = 60 kPa, poisson = 0.25, density = 1000 kg/m^3)
@@ -84,7 +84,7 @@ def test_an_inclusion_of_any_constants_is_that_of_eshelby() -> None:
         al, be = (1.0 + nu) / (3.0 - 3.0 * nu), 2.0 * (4.0 - 5.0 * nu) / (15.0 - 15.0 * nu)
         shear, bulk = core.shear_modulus / matrix.shear_modulus, bulks[0] / bulks[1]
         due = mean * bulk / (1.0 + al * (bulk - 1.0)) + deviator * shear / (1.0 + be * (shear - 1.0))
-        theory = RoundCore(3, core, matrix, a, 1e3 * a, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), None)
+        theory = BodyWithRoundCore(3, core, matrix, a, 1e3 * a, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), None)
         _, sigma = theory.fields(a * np.array([[0.5, 0.1, 0.2], [0.0, 0.0, 0.9]]))
         np.testing.assert_allclose(sigma, [due, due], atol=1e-6 * np.abs(due).max(), err_msg=f"{k, nu, own, a}")
 

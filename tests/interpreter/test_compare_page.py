@@ -18,7 +18,7 @@ from urllib.parse import unquote
 import pytest
 
 from softmark.interpreter.report.comparison.comparison_page import page as page_of
-from softmark.interpreter.report.comparison.comparison_terminal import errors
+from softmark.interpreter.report.comparison.comparison_terminal import error_tables
 from softmark.interpreter.report.comparison.comparison_terminal import table as table_of
 from softmark.interpreter.report.notebook.box_frame import LARGEST
 from softmark.interpreter.report.notebook.comparison_box import inline
@@ -316,7 +316,7 @@ def test_errors_are_told_before_times_are_known() -> None:
     made = two_scenes()
     for each in made["points"]:
         each["cost"] = None
-    shown = errors(ComparisonRecord.from_json(made), colour=False)
+    shown = error_tables(ComparisonRecord.from_json(made), colour=False)
     assert shown.count("errors; times are still being measured") == len({p["scene"] for p in made["points"]})
     assert all(p["label"] in shown for p in made["points"])
     assert "->" not in shown

@@ -9,7 +9,7 @@ from reference_problems import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_dispatch import at_rest_of, doubt_of_theory, problem_of, solve_theory
+from softmark.interpreter.problem.theory_dispatch import doubt_of_theory, problem_of, solve_theory, theory_forces
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.table_section import format_force
@@ -91,7 +91,7 @@ def test_what_it_carries() -> None:
     reference, own = case(BLOCK)
     found = solve_theory(reference, own)
     assert isinstance(found, HalfSpace)
-    rest = at_rest_of(reference, own, found)
+    rest = theory_forces(reference, own, found)
     assert rest is not None
     push, base = rest.reactions["touch"], rest.reactions["base"]
     assert push.force == pytest.approx((0.0, 0.0, -16.38145e-3), rel=1e-6)
@@ -109,7 +109,7 @@ def test_what_it_carries() -> None:
 def test_what_is_left_before_it_touches() -> None:
     reference, own = case(BLOCK.replace("-0.6", "-0.04"))
     found = solve_theory(reference, own)
-    rest = at_rest_of(reference, own, found)
+    rest = theory_forces(reference, own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == (0.0, 0.0, 0.0)
     assert rest.touches["touch"].gap == pytest.approx(0.06e-3, rel=1e-9)
@@ -146,7 +146,7 @@ def test_a_quarter_carries_a_quarter() -> None:
     reference, own = case(text)
     found = problem_of(reference, own)
     assert (found.share, found.around.width) == pytest.approx((0.25, 0.2))
-    rest = at_rest_of(reference, own, solve_theory(reference, own))
+    rest = theory_forces(reference, own, solve_theory(reference, own))
     assert rest is not None
     assert rest.reactions["touch"].force[2] == pytest.approx(-16.38145e-3 / 4, rel=1e-6)
     assert rest.reactions["base"].force[2] == pytest.approx(16.38145e-3 / 4, rel=1e-6)
@@ -226,7 +226,7 @@ def test_a_sphere_that_is_dragged() -> None:
     found = solve_theory(reference, own)
     assert isinstance(found, PartialSlip)
     assert found.drag / (0.5 * found.push) == pytest.approx(0.5, abs=3e-5)
-    rest = at_rest_of(reference, own, found)
+    rest = theory_forces(reference, own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((found.drag, 0.0, -found.push), rel=1e-12)
     assert rest.reactions["base"].force == pytest.approx((-found.drag, 0.0, found.push), rel=1e-12)
@@ -242,7 +242,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     found = solve_theory(reference, own)
     assert (found.longer, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
     assert found.root == pytest.approx((0.0, 0.0, 0.0))
-    rest = at_rest_of(reference, own, found)
+    rest = theory_forces(reference, own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((-0.02, 0.0, 0.0))
     assert rest.reactions["base"].force == pytest.approx((-0.02, 0.0, 0.0))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.external.problem_transfer import NotTransferable, problem_of, reasons
+from softmark.interpreter.models.external.problem_transfer import NotTransferable, problem_of, untransferable_features
 from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
@@ -104,4 +104,4 @@ def test_what_has_no_words_is_not_told() -> None:
 def test_each_thing_that_cannot_be_told_is_named(before: str, after: str, what: str) -> None:
     scene = softmark.loads(BAR.replace(before, after)).scene
     declared = scene.declared["large"]
-    assert any(what in found for found, _ in reasons(declared.thing, case_for(scene, declared)))
+    assert any(what in found for found, _ in untransferable_features(declared.thing, case_for(scene, declared)))

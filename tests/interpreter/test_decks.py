@@ -17,7 +17,7 @@ from softmark.interpreter.models.external.exporters import (
     polyfem_exporter,
     sofa_exporter,
 )
-from softmark.interpreter.models.external.exporters.named_parts import Named
+from softmark.interpreter.models.external.exporters.named_parts import NamedParts
 from softmark.interpreter.models.external.external_problem import ExternalMaterial, Motion, Problem
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -32,7 +32,7 @@ TET = Problem(
     forces=np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 1e-6]]),
     shares=(0.5, 1.0),
 )
-NAMED = Named({"bar": np.array([0])}, {"the wall": np.array([0, 1, 2])}, {}, {})
+NAMED = NamedParts({"bar": np.array([0])}, {"the wall": np.array([0, 1, 2])}, {}, {})
 
 
 def row(element: ElementTree.Element | None) -> list[float]:
@@ -134,7 +134,7 @@ def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
     """Gravity by what `rhs` is taken from; a force of 6e-6 N over 3^0.5/2 mm^2 is a traction; node 3 is free."""
     problem = replace(TET, held=CLAMPED.held[:9], values=np.zeros(9), shares=(1.0,),
                       forces=PUSHED["push"] + WEIGHED["weight"])  # fmt: skip
-    named = Named(
+    named = NamedParts(
         {"bar": np.array([0])}, {"wall": np.arange(3)}, PUSHED | WEIGHED, {**FACETS, "wall": np.array([[0, 1, 2]])}
     )
     assert polyfem_exporter.refuses(problem) == polyfem_exporter.unsupported_loads(problem, named) == []
@@ -162,7 +162,7 @@ def test_what_polyfem_cannot_be_told_is_refused() -> None:
     assert [what for what, _ in polyfem_exporter.refuses(point)] == ["several states", "the supports"]
     assert [what for what, _ in polyfem_exporter.refuses(replace(TET, element="hex8"))] == ["hex8"]
     one = {"pull": np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [1e-6, 0, 0]])}
-    named = Named({"bar": np.array([0])}, {}, one, {})
+    named = NamedParts({"bar": np.array([0])}, {}, one, {})
     assert [what for what, _ in polyfem_exporter.unsupported_loads(replace(TET, forces=one["pull"]), named)] == [
         "load `pull`"
     ]

@@ -18,7 +18,7 @@ from program_stand_ins import stand_in
 
 import softmark
 from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, executables
-from softmark.interpreter.models.external.external_builder import PreparedOutside
+from softmark.interpreter.models.external.external_builder import PreparedExternalModel
 from softmark.interpreter.models.external.external_problem import NoAnswer
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Solution
@@ -79,7 +79,7 @@ def prepared(scene: Any, name: str) -> Any:
 def answered(solved: Solved, program: str, how: str, folder: Path, patch: pytest.MonkeyPatch) -> Solution:
     """What comes of asking a stand-in."""
     scene, u = solved
-    theirs: PreparedOutside = prepared(scene, program)
+    theirs: PreparedExternalModel = prepared(scene, program)
     folder = stand_in(program, how, theirs.mesh.points, theirs.mesh.cells, 1.3 * u if how == "wrong" else u, folder)
     patch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
     return theirs.solve(lambda *_: None)

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.models.external.external_process import LOG, MARK, End, run, strip_control_characters
+from softmark.interpreter.models.external.external_process import LOG, MARK, ProgramEnd, run, strip_control_characters
 
 GB = 1e9
 
 
-def ended(folder: Path, program: str, seconds: float = 20.0, memory: float = 2 * GB, most: int = 2**20) -> End:
+def ended(folder: Path, program: str, seconds: float = 20.0, memory: float = 2 * GB, most: int = 2**20) -> ProgramEnd:
     """How a Python program ends; without its site packages, which it does not need, it begins in 10 ms."""
     (folder / "program.py").write_text(textwrap.dedent(program))
     return run([sys.executable, "-I", "-S", "program.py"], folder, seconds, memory, most=most)

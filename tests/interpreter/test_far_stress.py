@@ -16,7 +16,7 @@ from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.inclusion_theory_setup import round_body_of, size_effect_note
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
-from softmark.references.inclusion import Hookean, RoundCore
+from softmark.references.inclusion import BodyWithRoundCore, Hookean
 
 GELS = """material gel  = linear_elastic(young = 10 kPa, poisson = 0.4, density = 1000 kg/m^3)
 material bead = linear_elastic(young = 80 kPa, poisson = 0.2, density = 1000 kg/m^3)
@@ -58,7 +58,7 @@ def report_of(text: str) -> softmark.Report:
     return report
 
 
-def core(text: str) -> RoundCore:
+def core(text: str) -> BodyWithRoundCore:
     """What the theory of a scene is about."""
     scene = softmark.loads(text).scene
     reference = scene.declared["theory"]
@@ -170,15 +170,15 @@ def test_the_body_is_read_from_the_scene() -> None:
     """An inclusion, a cavity, a ball that turns, a hole: solids, radii, centre and stress."""
     gel, bead = Hookean(10e3 / 2.8, 0.4), Hookean(80e3 / 2.4, 0.2)
     found = core(BALL)
-    assert found == RoundCore(3, bead, gel, found.inner, 0.015, (100.0, 0.0, 0.0))
+    assert found == BodyWithRoundCore(3, bead, gel, found.inner, 0.015, (100.0, 0.0, 0.0))
     assert found.inner == pytest.approx(0.005, rel=1e-12)
-    assert core(SHELL) == RoundCore(3, None, gel, 0.005, 0.015, (100.0, 0.0, 0.0))
-    assert core(TURNED) == RoundCore(3, None, gel, 0.005, 0.02, (0.0, 100.0, 0.0))
+    assert core(SHELL) == BodyWithRoundCore(3, None, gel, 0.005, 0.015, (100.0, 0.0, 0.0))
+    assert core(TURNED) == BodyWithRoundCore(3, None, gel, 0.005, 0.02, (0.0, 100.0, 0.0))
     assert core(TURNED.replace("+y", "+x")).stress == (100.0, 0.0, 100.0)
     plate = core(PLATE)
-    assert plate == RoundCore(2, None, Hookean(10e3 / 2.8, 0.4 / 1.4), 0.005, 0.02, (100.0, 0.0, 0.0), thin=0.4)
+    assert plate == BodyWithRoundCore(2, None, Hookean(10e3 / 2.8, 0.4 / 1.4), 0.005, 0.02, (100.0, 0.0, 0.0), thin=0.4)
     strip = core(PLATE.replace("plane_stress", "plane_strain"))
-    assert strip == RoundCore(2, None, gel, 0.005, 0.02, (100.0, 0.0, 0.0))
+    assert strip == BodyWithRoundCore(2, None, gel, 0.005, 0.02, (100.0, 0.0, 0.0))
 
 
 def test_tensions_and_pressures_add_up() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from softmark import loads
 from softmark.interpreter.models.shared import force_driven_rigid_bodies
-from softmark.interpreter.problem.body_case import Touch
+from softmark.interpreter.problem.body_case import RigidBodyContact
 from softmark.interpreter.results.run_report import Report
 
 AXIAL = """softmark 1
@@ -108,7 +108,7 @@ def test_a_force_that_is_wrong_by_a_thousandth_is_found_by_other_formulas(monkey
     """What is borne is held against the loads of the scene, read once more."""
     right = force_driven_rigid_bodies.force_on
 
-    def wrong(touch: Touch) -> float:
+    def wrong(touch: RigidBodyContact) -> float:
         return 1.001 * right(touch)
 
     monkeypatch.setattr(force_driven_rigid_bodies, "force_on", wrong)

@@ -173,7 +173,7 @@ def test_grips_that_hold_a_width_leave_no_stated_error() -> None:
 
 def test_a_watchdog_that_bites(monkeypatch: pytest.MonkeyPatch) -> None:
     """A stress that the energy does not have is no answer."""
-    point_of = material_point_builder.point_of
+    point_of = material_point_builder.build_material_point
 
     def wrong(case: Any, strain: str) -> Any:
         point = point_of(case, strain)
@@ -188,7 +188,7 @@ def test_a_watchdog_that_bites(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: pytest.MonkeyPatch) -> None:
     """The energy of fibres along (1, 1, 0) in a neo-Hookean solid, k (|F a|^2 - 1)^2: its stress has a shear."""
-    point_of, a, k = material_point_builder.point_of, np.array([1.0, 1.0, 0.0]) / 2**0.5, 1e3
+    point_of, a, k = material_point_builder.build_material_point, np.array([1.0, 1.0, 0.0]) / 2**0.5, 1e3
 
     def fibred(case: Any, strain: str) -> Any:
         own = point_of(case, strain).law

@@ -17,7 +17,7 @@ import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.help import material_library
 from softmark.interpreter.help.word_pages import page
-from softmark.interpreter.models.material_point.material_point_builder import point_of
+from softmark.interpreter.models.material_point.material_point_builder import build_material_point
 from softmark.interpreter.problem.body_case import case_for
 from softmark.solvers.statics.material_point import ImposedDeformation
 from tests.benchmarks import fits
@@ -82,7 +82,7 @@ support s = fixed(b, where = x <= 0 cm, components = x)
 support g = displaced(b, where = x >= 1 cm, by = (1, 0, 0) mm, components = x)
 model dot = homogeneous(uniaxial)
 """).scene
-    point = point_of(case_for(scene, scene.declared["dot"]), "finite")
+    point = build_material_point(case_for(scene, scene.declared["dot"]), "finite")
     drives = (ImposedDeformation(np.array([l, math.nan, math.nan])) for l in stretches)
     return np.array([point.state(drive).P[0, 0] for drive in drives])
 
@@ -107,7 +107,9 @@ def test_fits_of_a_pull_are_what_least_squares_find_and_as_near_as_they_say() ->
         c, l, P, _ = fits.of_pull(name)
         assert given == pytest.approx(c, rel=5e-4)
         own = KEPT["ecoflex_0030_chains" if name == "gent" else "ecoflex_0030_pulled"]
-        some = np.flatnonzero((l >= (own.valid_stretch_range or (0, 0))[0]) & (l <= (own.valid_stretch_range or (0, 0))[1]))
+        some = np.flatnonzero(
+            (l >= (own.valid_stretch_range or (0, 0))[0]) & (l <= (own.valid_stretch_range or (0, 0))[1])
+        )
         Q = nominal(own.name, l[some])
         assert np.abs(Q / P[some] - 1.0).max() < far / 100.0
         assert math.sqrt(((Q - P[some]) ** 2).mean()) < rms

@@ -10,7 +10,7 @@ from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.verification.point_and_line_loads_check import along_line
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.mesh.mesh_line import find_face_crossings, integrate_along
+from softmark.solvers.mesh.mesh_line import find_face_crossings, line_quadrature
 from softmark.solvers.mesh.shapes import SHAPES
 
 KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
@@ -18,7 +18,7 @@ KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
 
 def shares(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
     """What every node takes of a line, m."""
-    X, w = integrate_along(mesh, begin, end)
+    X, w = line_quadrature(mesh, begin, end)
     place = locate_points(mesh, X)
     found = np.zeros(len(mesh.points))
     np.add.at(found, place.nodes, w[:, None] * place.N)

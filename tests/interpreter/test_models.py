@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.beam.rigid_motions import free_motions, point_rows
+from softmark.interpreter.models.beam.rigid_motions import free_motions, rigid_motion_rows
 
 BAR = """
 param L = 400 mm
@@ -166,17 +166,17 @@ def test_contradicting_supports_are_named() -> None:
 def test_rigid_motions_of_points() -> None:
     corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     axes = [f"turn about the axis through (0, 0, 0) mm along {axis}" for axis in "xyz"]
-    assert motions(point_rows(corner, (0, 1, 2))) == []
-    assert motions(point_rows(corner[:1], (0, 1, 2))) == axes
-    assert motions(point_rows(corner[:2], (0, 1, 2))) == axes[:1]
-    assert motions(point_rows(corner, (2,))) == ["slide along x", "slide along y", axes[2]]
+    assert motions(rigid_motion_rows(corner, (0, 1, 2))) == []
+    assert motions(rigid_motion_rows(corner[:1], (0, 1, 2))) == axes
+    assert motions(rigid_motion_rows(corner[:2], (0, 1, 2))) == axes[:1]
+    assert motions(rigid_motion_rows(corner, (2,))) == ["slide along x", "slide along y", axes[2]]
     assert motions(np.zeros((0, 6))) == ["move and turn as a whole"]
 
 
 def test_an_axis_of_free_turns_is_found_where_it_lies() -> None:
     # held in two points (0, 1, 0) and (1, 2, 0): the line through both, nearest to the centre at (-1/2, 1/2, 0)
     hinge = np.array([[0.0, 1, 0], [1, 2, 0]])
-    (named,) = motions(point_rows(hinge, (0, 1, 2)))
+    (named,) = motions(rigid_motion_rows(hinge, (0, 1, 2)))
     assert named == "turn about the axis through (-500, 500, 0) mm along (0.707, 0.707, 0)"
     # a nut on a thread: what is held is v - w / 10 along x, and all else but turning about x
     thread = np.eye(6)[[1, 2, 4, 5]]
@@ -186,7 +186,7 @@ def test_an_axis_of_free_turns_is_found_where_it_lies() -> None:
 
 def test_what_holds_many_points_takes_memory_like_them_not_like_their_square() -> None:
     """2000 points: rows of 0.3 MB, whose left singular vectors would be 288 MB."""
-    rows = point_rows(np.random.default_rng(1).standard_normal((2000, 3)), (0, 1, 2))
+    rows = rigid_motion_rows(np.random.default_rng(1).standard_normal((2000, 3)), (0, 1, 2))
     tracemalloc.start()
     assert motions(rows) == []
     peak = tracemalloc.get_traced_memory()[1]

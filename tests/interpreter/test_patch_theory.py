@@ -11,11 +11,11 @@ from reference_problems import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.theory_dispatch import (
-    at_rest_of,
     doubt_of_theory,
     facts_of_theory,
     solve_theory,
     stress_of,
+    theory_forces,
 )
 from softmark.references.contact_patch_test import DeformedStack
 
@@ -87,7 +87,7 @@ def test_two_blocks_of_two_materials() -> None:
     found = solve_theory(reference, own)
     assert isinstance(found, DeformedStack)
     assert (found.stress, found.push) == pytest.approx((-200.0, 0.04), rel=1e-9)
-    rest = at_rest_of(reference, own, found)
+    rest = theory_forces(reference, own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((0.04, 0.0, 0.0))
     assert rest.reactions["touch"].moment == pytest.approx((0.0, 2e-4, -4e-4))
@@ -106,14 +106,14 @@ def test_two_blocks_of_two_materials() -> None:
     assert moved == pytest.approx(np.array([[-2e-4, 1e-4, 5e-5], [-7e-4, 1e-5, 5e-6]]), abs=1e-15)
     other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm),\n    ", "solid(disjoint(").replace(
         "origin = (10.5, 0, 0) mm)", "origin = (10.5, 0, 0) mm), box(size = (10, 20, 10) mm)")  # fmt: skip
-    rest = at_rest_of(*case(other), answer(other))
+    rest = theory_forces(*case(other), answer(other))
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((-0.04, 0.0, 0.0))
 
 
 def test_a_gap_that_is_not_closed_is_left() -> None:
     text = PAIR.replace("-0.85", "-0.2")
-    rest = at_rest_of(*case(text), answer(text))
+    rest = theory_forces(*case(text), answer(text))
     assert rest is not None
     touched = rest.touches["touch"]
     assert (touched.area, touched.pressure, touched.gap) == pytest.approx((0.0, 0.0, 0.3e-3))
@@ -133,7 +133,7 @@ def test_three_blocks_and_any_end_that_moves() -> None:
     )
     lifted = lifted.replace("by = (-0.85", "by = (0")
     assert answer(lifted + again).stress == pytest.approx(found.stress, rel=1e-12)
-    rest = at_rest_of(*case(text + again), found)
+    rest = theory_forces(*case(text + again), found)
     assert rest is not None
     assert rest.reactions["again"].force == (0.0, 0.0, 0.0)  # both sides are not the first of the pieces
     assert rest.touches["again"].area == pytest.approx(2e-4)

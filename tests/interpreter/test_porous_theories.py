@@ -9,7 +9,7 @@ from reference_problems import problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_dispatch import at_rest_of, solve_theory
+from softmark.interpreter.problem.theory_dispatch import solve_theory, theory_forces
 
 BOX = """
 material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density = 1000 kg/m^3),
@@ -121,7 +121,7 @@ def test_what_a_column_says_of_forces_and_fluid() -> None:
     scene = softmark.loads("softmark 1\n" + BOX.replace("z >= 10 mm)\nload", "z >= 10 mm or z <= 0 mm)\nload")).scene
     declared, case = scene.declared["told"], case_of(scene, "plug")
     found = solve_theory(declared, case)
-    rest = at_rest_of(declared, case, found)
+    rest = theory_forces(declared, case, found)
     assert rest.reactions["below"].force == pytest.approx((0.0, 0.0, 6e-3))
     assert rest.fluid.outflows == {"open": pytest.approx(-found.travel * 6e-6)}
     assert math.isnan(rest.energy)  # nothing is said of it

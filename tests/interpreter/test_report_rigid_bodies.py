@@ -18,7 +18,7 @@ from softmark.interpreter.pipeline.rigid_body_shapes import drawn_rigid_bodies
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import THICK, WIDER
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.view3d.rigid_bodies_view import AROUND, room_of
+from softmark.interpreter.report.view3d.rigid_bodies_view import AROUND, picture_box
 from softmark.interpreter.results.run_report import DrawnSurface, Report
 from softmark.interpreter.results.vtk_writer import write_vtu
 from softmark.solvers.contact.signed_distance import gap_of
@@ -155,7 +155,7 @@ def test_only_pages_with_rigid_bodies_have_what_draws_them(ball: Report) -> None
     assert found is not None
     data = json.loads(found[1])
     assert data["shapes"][0]["instruments"][0]["shifts"] == [[0.0, 0.0, -0.0005], [0.0, 0.0, -0.001]]
-    room = room_of([shape])
+    room = picture_box([shape])
     np.testing.assert_allclose(data["room"], [room.low, room.high])
 
 
@@ -170,7 +170,7 @@ def test_pictures_leave_room_for_a_part_of_what_is_large(ball: Report) -> None:
     assert shape.frames is not None
     (own,) = shape.instruments
     large = replace(shape, instruments=(replace(own, X=1e3 * own.X),))
-    room, size = room_of([large]), np.linalg.norm(np.ptp(shape.frames.reshape(-1, 3), axis=0))
+    room, size = picture_box([large]), np.linalg.norm(np.ptp(shape.frames.reshape(-1, 3), axis=0))
     points = np.concatenate(room.positions(large))
     assert float(np.ptp(points, axis=0).max()) < 1.1 * (0.02 + 2.0 * AROUND * size)
 

@@ -24,7 +24,7 @@ from tubes import tube
 from softmark.interpreter.report.charts.viridis import VIRIDIS, viridis
 from softmark.interpreter.report.files import report_files as disk
 from softmark.interpreter.report.notebook.report_box import SHAPES, inline
-from softmark.interpreter.report.page.html_document import part
+from softmark.interpreter.report.page.html_document import load_asset
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.report_terminal import table
@@ -241,7 +241,7 @@ def test_colours_rise_in_lightness_and_the_script_has_the_same() -> None:
 
     levels = [luma(t / 20) for t in range(21)]
     assert all(b > a for a, b in pairwise(levels))
-    script = part("raster.js")
+    script = load_asset("raster.js")
     numbers = re.search(r"VIRIDIS = \[(.*?)\];", script, re.S)
     assert numbers
     found = [float(v) for v in re.findall(r"-?\d+\.\d+", numbers[1])]

@@ -20,7 +20,7 @@ from tubes import tube
 
 import softmark
 from softmark.interpreter.pipeline.report_assembly import MOST
-from softmark.interpreter.report.page.html_document import part
+from softmark.interpreter.report.page.html_document import load_asset
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.view3d.compact_surfaces import thin_surface
 from softmark.interpreter.report.view3d.surface_fields import scale_over
@@ -79,9 +79,9 @@ def test_a_page_without_stress_has_nothing_of_it() -> None:
     assert "carried" in rich
     assert "// with" not in plain
     for name in ("raster.js", "shapes_controls.js", "shapes.js"):
-        assert part(name) in plain
-        assert "carried" not in part(name)
-    assert "carried" in part("shapes.js", ("carried.js",))
+        assert load_asset(name) in plain
+        assert "carried" not in load_asset(name)
+    assert "carried" in load_asset("shapes.js", ("carried.js",))
 
 
 def shapes_with_and_without() -> Any:

@@ -14,7 +14,7 @@ from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.robustness.robustness_page import page
 from softmark.interpreter.report.robustness.robustness_terminal import table
 from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, Robustness, ValidityEdge
-from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
+from softmark.interpreter.study.robustness.validity_edges import edge_of, make_choice_edge
 
 Json = dict[str, Any]
 POISSON = WalkedQuantity("gel.poisson", "gap", 0.4, "0.4")
@@ -98,7 +98,7 @@ def test_a_whole_range_is_said_with_what_was_not_judged_in_it() -> None:
 ])  # fmt: skip
 def test_choices_are_listed_under_what_each_came_to(here: str, other: str, expected: str) -> None:
     seen = {"double": classified(here), "single": classified(other)}
-    edge = choice_of("rod", PRECISION, seen, lambda m, n, v: seen[str(v)], {}, ["rod"])
+    edge = make_choice_edge("rod", PRECISION, seen, lambda m, n, v: seen[str(v)], {}, ["rod"])
     found = study([edge], PRECISION, {here: 1, other: 1})
     assert f"rod  {expected}\n" in said(found)
     assert edge.remedy is None or other == "inaccurate", "a finer mesh does not mend the truth"

@@ -26,7 +26,7 @@ from softmark.interpreter.pipeline.run_options import RunOptions, SceneText
 from softmark.interpreter.pipeline.run_pipeline import check_text, run_to_report
 from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.results.run_report import PlottedCurve
-from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.results.state_results import TimeState
 from softmark.interpreter.study.configurations import source_digests
 from softmark.interpreter.study.run_cache import cache_folder, result_keeper, run_cache_keys
 from softmark.interpreter.study.run_cache.result_serialization import NotSaved, Reader, Writer
@@ -438,7 +438,7 @@ def test_values_come_back_as_they_were() -> None:
         [1, (2,)],
         {"~class": 1, 2: ()},
         np.float64(0.1),
-        Moment(2.5),
+        TimeState(2.5),
         curve,
     )
     writer = Writer(NOBODY)

@@ -27,7 +27,7 @@ from softmark.interpreter.study.timing.solver_phases import (
     find_timed_functions,
     owner_of,
 )
-from softmark.interpreter.study.timing.timing_rounds import one_run, time_jobs
+from softmark.interpreter.study.timing.timing_rounds import run_timing_process, time_jobs
 
 LINUX = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only")
 TEXT = """softmark 1
@@ -130,7 +130,7 @@ def test_what_is_done_already_is_not_done_again() -> None:
 def test_a_run_beside_a_busy_loop_is_flagged() -> None:
     core = max(os.sched_getaffinity(0))
     with busy(core):
-        record = one_run(job("a", least_s=0.3), [core])
+        record = run_timing_process(job("a", least_s=0.3), [core])
     assert record["status"] == "converged", record
     assert "shared" in timing_quality.disturbances(record)  # two on one processor: each gets half of it
 
@@ -199,7 +199,7 @@ def test_what_does_not_converge_is_run_once_and_says_so() -> None:
 
 def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
-    record = one_run(job("a", timeout_s=0.5), [])
+    record = run_timing_process(job("a", timeout_s=0.5), [])
     assert record["status"] == "timed_out"
     assert record["message"] == "it did not finish within 0.5 s"
     with pytest.raises(ProcessLookupError):
@@ -217,7 +217,7 @@ def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
 @LINUX
 def test_a_process_that_dies_has_a_message(program: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", program))
-    record = one_run(job("a"), [])
+    record = run_timing_process(job("a"), [])
     assert (record["status"], record["message"]) == ("failed", message)
 
 
@@ -326,7 +326,7 @@ def test_every_name_in_the_tables_is_there() -> None:
 
 @pytest.mark.slow
 def test_phases_of_a_solid_are_mostly_tangents_and_factors() -> None:
-    record = one_run(job("a", model="cells"), [], "phases")
+    record = run_timing_process(job("a", model="cells"), [], "phases")
     assert record["status"] == "converged", record
     phases = record["phases"]
     assert {"assembly", "factorisation", "solution", "other"} == phases.keys()

@@ -14,7 +14,7 @@ import pytest
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.report.comparison.comparison_page import page
 from softmark.interpreter.report.comparison.comparison_terminal import table
-from softmark.interpreter.study.analysis.comparison_advice import remarks_of
+from softmark.interpreter.study.analysis.comparison_advice import training_remarks
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.analysis.configuration_pairs import compute_distances
@@ -156,17 +156,17 @@ def test_what_must_be_said_of_a_reduced_model() -> None:
     """Trained on the state that it is judged by; made in 2 s that its time leaves out."""
     spread = {"median": 2.0, "q1": 2.0, "q3": 2.0}
     reduced = {"of": "full", "repeats": True, "extrapolates": []}
-    said = remarks_of(ComparedPoint.from_json({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}}))
+    said = training_remarks(ComparedPoint.from_json({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}}))
     assert said == [
         "It was trained on `full` in this same state: its error shows only how well it reproduces that state, not "
         "other loads.",
         "Its time excludes 2\u00a0s of training from `full`.",
     ]
     beyond = {"of": "full", "repeats": False, "extrapolates": ["load"]}
-    assert remarks_of(ComparedPoint.from_json({"solve": {"reduced": beyond}})) == [
+    assert training_remarks(ComparedPoint.from_json({"solve": {"reduced": beyond}})) == [
         "It extrapolates: `load` is outside its training range."
     ]
-    assert remarks_of(ComparedPoint.from_json({"solve": {}})) == []
+    assert training_remarks(ComparedPoint.from_json({"solve": {}})) == []
 
 
 def test_remarks_stand_with_the_advice() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.cross_section_coverage import coverage, end_of
+from softmark.interpreter.problem.cross_section_coverage import coverage, single_selected_end
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone
@@ -118,7 +118,7 @@ def test_what_is_selected_of_sections_that_taper() -> None:
     horn = Cone(1.0, 0.02, 0.01).swept
     assert horn is not None
     assert [coverage(below, horn, s) for s in (0.0, 0.7, 0.9, 1.0)] == ["some", "some", "none", "none"]
-    assert end_of(below, horn) is None
+    assert single_selected_end(below, horn) is None
 
 
 def test_which_outlines_have_an_axis() -> None:

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.references.inclusion import Hookean, RoundCore
+from softmark.references.inclusion import BodyWithRoundCore, Hookean
 from softmark.references.straight_cantilever import NotApplicable
 
 AFAR = (1.0, 0.3, -0.2)
 STIFF, SOFT = Hookean(5.0, 0.2), Hookean(1.0, 0.4)
-BALL = RoundCore(3, STIFF, SOFT, 1.3, 6.0, AFAR, (0.5, -1.0, 2.0))
-RING = RoundCore(2, STIFF, SOFT, 1.3, 6.0, (1.0, 0.3, 0.0))
+BALL = BodyWithRoundCore(3, STIFF, SOFT, 1.3, 6.0, AFAR, (0.5, -1.0, 2.0))
+RING = BodyWithRoundCore(2, STIFF, SOFT, 1.3, 6.0, (1.0, 0.3, 0.0))
 CASES = {
     "ball": BALL,
     "unbounded": replace(BALL, outer=math.inf),
@@ -35,7 +35,7 @@ CASES = {
 }
 
 
-def places(body: RoundCore, low: float, high: float, count: int = 200) -> np.ndarray:
+def places(body: BodyWithRoundCore, low: float, high: float, count: int = 200) -> np.ndarray:
     """Points (n, 3) in a body at distances between two bounds from its centre, in all directions of it."""
     rng = np.random.default_rng(7)
     x = rng.normal(size=(count, 3))
@@ -45,7 +45,7 @@ def places(body: RoundCore, low: float, high: float, count: int = 200) -> np.nda
     return x + np.array(body.centre)
 
 
-def directions(body: RoundCore) -> np.ndarray:
+def directions(body: BodyWithRoundCore) -> np.ndarray:
     return places(body, 1.0, 1.0) - np.array(body.centre)
 
 
@@ -137,7 +137,7 @@ def test_within_an_unbounded_matrix_stress_is_even_and_that_of_eshelby(core: Hoo
         columns.append((np.eye(9)[k].reshape(3, 3) + np.einsum("ijkl,kl", S, compliance(matrix, apart))).ravel())
     afar = compliance(matrix, np.diag(AFAR))
     strain = np.linalg.solve(np.array(columns).T, afar.ravel()).reshape(3, 3)
-    body = RoundCore(3, core, matrix, 1.3, math.inf, AFAR)
+    body = BodyWithRoundCore(3, core, matrix, 1.3, math.inf, AFAR)
     X = places(body, 0.0, 1.299)
     even = np.broadcast_to(strain, (len(X), 3, 3))
     assert 0.5 * (body.gradient(X) + body.gradient(X).swapaxes(1, 2)) == pytest.approx(even, abs=1e-14)
@@ -148,7 +148,7 @@ def test_within_an_unbounded_matrix_stress_is_even_and_that_of_eshelby(core: Hoo
 @pytest.mark.parametrize(("nu", "most"), [(0.0, 1.92857), (0.3, 2.04545), (0.49, 2.15934), (0.5, 2.16667)])
 def test_beside_a_cavity_stress_is_that_of_goodier(nu: float, most: float) -> None:
     """3 (9 - 5 nu) / (2 (7 - 5 nu)) at the equator, -(3 + 15 nu) / (2 (7 - 5 nu)) at the pole."""
-    body = RoundCore(3, None, Hookean(7.0, nu), 2.0, math.inf, (1.0, 0.0, 0.0))
+    body = BodyWithRoundCore(3, None, Hookean(7.0, nu), 2.0, math.inf, (1.0, 0.0, 0.0))
     around, pole = body.stress_at(np.array([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]))
     assert around[0, 0] == pytest.approx(most, abs=5e-6)
     assert around[0, 0] == pytest.approx(3 * (9 - 5 * nu) / (2 * (7 - 5 * nu)), rel=1e-13)
@@ -158,7 +158,7 @@ def test_beside_a_cavity_stress_is_that_of_goodier(nu: float, most: float) -> No
 def test_around_a_hole_it_is_that_of_kirsch() -> None:
     """REFERENCES 3.3: stresses with S = a = 1, and displacements in plane stress with E = 1000, nu = 0.3."""
     matrix = Hookean(1000.0 / 2.6, 0.3 / 1.3)
-    body = RoundCore(2, None, matrix, 1.0, math.inf, (1.0, 0.0, 0.0), thin=0.3)
+    body = BodyWithRoundCore(2, None, matrix, 1.0, math.inf, (1.0, 0.0, 0.0), thin=0.3)
     half = math.sqrt(0.5)
     X = np.array([[0.0, 1, 0], [1, 0, 0], [0, 2, 0], [1.5 * half, 1.5 * half, 0], [0, 4, 0]])
     sigma = body.stress_at(X)
@@ -206,7 +206,7 @@ def test_what_the_size_makes_is_a_number_that_falls_as_it_grows(name: str) -> No
 def test_a_core_of_the_same_solid_is_none() -> None:
     """Uniform strain, at any ratio of radii, also large ones: rounding, which it says."""
     for ratio in (1.001, 3.0, 1e4):
-        body = RoundCore(3, SOFT, SOFT, 1.0, ratio, AFAR)
+        body = BodyWithRoundCore(3, SOFT, SOFT, 1.0, ratio, AFAR)
         X = places(body, 0.0, ratio)
         even = np.broadcast_to(np.diag(AFAR), (len(X), 3, 3))
         assert body.stress_at(X) == pytest.approx(even, abs=1e-9)

@@ -14,7 +14,7 @@ import pytest
 import trimesh
 
 from softmark.references.data_download import Unavailable
-from softmark.references.measured_data import Frame, Unreadable
+from softmark.references.measured_data import FileFrame, Unreadable
 from softmark.references.measured_surface import SurfaceScan, read_surface
 from softmark.references.registration import RigidMotion, icp, rotation_matrix
 from softmark.references.surface_geometry import SurfaceSearch, count_open_edges, signed_volume
@@ -89,7 +89,7 @@ def test_small_parts_and_holes_are_told(tmp_path: Path) -> None:
 
 def test_axes_unit_and_origin() -> None:
     # A file with z along the beam and -y down: the scene's x is its z, the scene's z its y, so y is its x.
-    frame = Frame(1e-3, x=(0, 0, 1), z=(0, 1, 0), origin=(0.5, 0.0, 0.0))
+    frame = FileFrame(1e-3, x=(0, 0, 1), z=(0, 1, 0), origin=(0.5, 0.0, 0.0))
     assert frame.rotation("") == pytest.approx(np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]))
     assert frame.points(np.array([[1.0, 2.0, 3.0]]), "") == pytest.approx(np.array([[0.503, 0.001, 0.002]]))
     assert frame.vectors(np.array([[1.0, 2.0, 3.0]]), "") == pytest.approx(np.array([[3e-3, 1e-3, 2e-3]]))
@@ -97,11 +97,11 @@ def test_axes_unit_and_origin() -> None:
 
 def test_a_frame_is_never_a_mirror() -> None:
     for x, z in (((1, 0, 0), (0, 0, -1)), ((0, -1, 0), (1, 0, 0)), ((0.6, 0.8, 0), (0, 0, 1))):
-        A = Frame(1.0, x, z).rotation("")
+        A = FileFrame(1.0, x, z).rotation("")
         assert pytest.approx(np.eye(3), abs=1e-15) == A @ A.T
         assert np.linalg.det(A) == pytest.approx(1.0)
     with pytest.raises(Unreadable, match="meet at 45 degrees"):
-        Frame(1.0, (1, 0, 0), (0.5**0.5, 0, 0.5**0.5)).rotation("scan.stl")
+        FileFrame(1.0, (1, 0, 0), (0.5**0.5, 0, 0.5**0.5)).rotation("scan.stl")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, chain_elements, rod_at_rest
 from softmark.solvers.energies.spring_energy import Springs
 from softmark.solvers.linear import factorisations
-from softmark.solvers.materials import MATERIALS, Law, parts_for
+from softmark.solvers.materials import MATERIALS, Law, shear_and_volume_laws
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
@@ -185,7 +185,7 @@ def test_a_thick_sphere_is_blown_up_past_its_greatest_pressure() -> None:
     """
     mu, nu = 1.0, 0.45
     material = MATERIALS["neo_hookean"](2 * mu * (1 + nu), nu, 1.0)
-    shear, volume = parts_for(material, "finite")
+    shear, volume = shear_and_volume_laws(material, "finite")
     mesh = shell(2, 4)
     fine, centre = integrate_cells(mesh), mean_gradients(mesh)
     parts = Elastic(mesh.cells, fine.dNdX, fine.w, shear), Elastic(mesh.cells, centre.dNdX, centre.w, volume)

@@ -13,7 +13,7 @@ import pytest
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
 from softmark.interpreter.problem.conforming_mesh import graded_cuts
 from softmark.solvers.mesh import tetrahedralization
-from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
+from softmark.solvers.mesh.boolean_shapes import BooleanShape, Difference, Intersection, Union
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.files.watertight_repair import ClosedSurface
 from softmark.solvers.mesh.plane_regions import QuarterRing
@@ -32,7 +32,7 @@ CUBE = Box((2 * R, 2 * R, 2 * R))
 CAP = math.pi * (R / 2) ** 2 * (3 * R - R / 2) / 3  # of a ball, half as high as its radius
 DRILL = Cylinder(3 * R, R / 2, (0.0, 0.0, 1.0), (R, R, -R / 2))
 WHOLE = 4 / 3 * math.pi * R**3
-BODIES: dict[str, tuple[Combined, float]] = {
+BODIES: dict[str, tuple[BooleanShape, float]] = {
     "two balls": (Union(BALL, NEXT), 2 * WHOLE - 2 * CAP),
     "a lens": (Intersection(BALL, NEXT), 2 * CAP),
     "a ball less a lens": (Difference(BALL, NEXT), WHOLE - 2 * CAP),
@@ -108,7 +108,7 @@ def test_bounds_ask_each_part_once() -> None:
     (Union(BALL, Sphere(R / 2, (0.95 * R, 0.95 * R, 0.95 * R))), "E574"),
     (Difference(Box((4 * R, R, R)), Box((R, 2 * R, 2 * R), (R, -R / 2, -R / 2))), "E574"),
 ])  # fmt: skip
-def test_no_body_or_two_are_refused(shape: Combined, code: str) -> None:
+def test_no_body_or_two_are_refused(shape: BooleanShape, code: str) -> None:
     """Bounds that meet do not say so: nothing left, nothing taken, two balls in one box, a bar cut in two."""
     assert shape.fault == ""
     with pytest.raises(UnreadableMesh) as refused:

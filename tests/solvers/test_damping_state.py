@@ -22,7 +22,7 @@ from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.time_step_resolution import resolve_vibration
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 from softmark.solvers.energies.external_loads import DeadForces
-from softmark.solvers.materials import MATERIALS, Isotropic, drags_for, law_for, parts_for
+from softmark.solvers.materials import MATERIALS, Isotropic, damping_tangents_for, law_for, shear_and_volume_laws
 
 POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 IMPLICIT = sorted(name for name in INTEGRATORS if name != "central_differences")
@@ -146,7 +146,7 @@ def test_a_body_without_forces_flies_on(name: str, step: int, more: str) -> None
 def test_what_damps_is_the_tangent_without_the_pressure(name: str, strain: str) -> None:
     """dP/dF = that of the shape + M g' (x) g' + M g g'', to rounding; for damping the last term is left out."""
     solid = made(name, 60e3, 0.499, 1000.0)
-    drags, laws = drags_for(solid, strain), parts_for(solid, strain)
+    drags, laws = damping_tangents_for(solid, strain), shear_and_volume_laws(solid, strain)
     assert drags is not None
     assert laws is not None
     F = np.eye(3) + 0.05 * np.random.default_rng(3).standard_normal((20, 3, 3))

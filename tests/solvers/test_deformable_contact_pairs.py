@@ -12,7 +12,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.contact_surface import build_contact_surface, number_mesh_pieces
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
-from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_shapes_and_volumes
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -44,7 +44,7 @@ def soft(young: float) -> Law:
 
 
 def weighed(mesh: Mesh, density: float) -> Any:
-    N, w = mass_points(mesh.points, mesh.cells, ELEMENTS[mesh.kind])
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, ELEMENTS[mesh.kind])
     return consistent_mass(mesh.cells, N, w, density)
 
 

@@ -21,7 +21,7 @@ from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.load_amplitudes import Constant
-from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_shapes_and_volumes
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.elements import ELEMENTS
@@ -53,7 +53,7 @@ class Clock:
 def block(energy: Energies, law: Law, name: str, angle: float = 0.0, v: float = 0.0, belt: float = 0.0) -> Dynamics:
     """A cube of 1 g, in reach of a plane that pulls at `belt`, m/s, along x and falls towards +x by an angle, rad."""
     mesh = Box((SIDE, SIDE, SIDE), origin=(0.0, 0.0, DISTANCE)).mesh("hex8", SIDE)
-    N, w = mass_points(mesh.points, mesh.cells, ELEMENTS[mesh.kind])
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, ELEMENTS[mesh.kind])
     mass = consistent_mass(mesh.cells, N, w, 1000.0)
     weights = np.asarray(mass.sum(axis=1)).reshape(-1, 3)
     weight = DeadForces((weights * (G * math.sin(angle), 0.0, -G * math.cos(angle))).ravel())

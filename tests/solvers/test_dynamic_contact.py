@@ -11,7 +11,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.facet_contact_points import add_points_inside_facets, select_penetrating_facets
+from softmark.solvers.contact.facet_contact_points import add_points_inside_facets, make_searched_facets
 from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
 from softmark.solvers.contact.rigid_friction import add_friction
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
@@ -20,7 +20,7 @@ from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_contact import ContactRecord, DynamicContacts, find_impacts
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.load_amplitudes import Constant
-from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_shapes_and_volumes
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -47,7 +47,7 @@ class Clock:
 
 
 def mass_of(mesh: Mesh, density: float) -> Any:
-    N, w = mass_points(mesh.points, mesh.cells, ELEMENTS[mesh.kind])
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, ELEMENTS[mesh.kind])
     return consistent_mass(mesh.cells, N, w, density)
 
 
@@ -201,7 +201,7 @@ def dropped(
     assert table is not None
     way = lambda t: RigidMotion((0.02 * np.sin(w * t), 0.0, 0.008 * (np.cos(w * t) - 1.0)))  # noqa: E731
     edge = add_points_inside_facets(touching(lambda t: MovedGap(table, way(t))), mesh.points, triangles, 4)
-    edge = replace(edge, facing=select_penetrating_facets(mesh.points, triangles, 4) if uncut else None)
+    edge = replace(edge, facing=make_searched_facets(mesh.points, triangles, 4) if uncut else None)
     edge = add_friction(edge, friction, way) if friction else edge
     planes = [((0, 0, 1), (0, 0, -0.014)), ((1, 0, 0), (-0.055, 0, 0)), ((-1, 0, 0), (0.055, 0, 0))]
     gaps = [gap_of(HalfSpace(normal=n, origin=o)) for n, o in planes]

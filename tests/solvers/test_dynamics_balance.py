@@ -20,13 +20,13 @@ from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.implicit_midpoint import Midpoint
 from softmark.solvers.dynamics.integrator import Integrator, StepTooLong
 from softmark.solvers.dynamics.load_amplitudes import Amplitude
-from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_shapes_and_volumes
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.time_step_resolution import (
     amplification,
     find_resolution,
-    loaded_frequency,
+    lowest_excited_frequency,
     resolve_vibration,
 )
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
@@ -223,7 +223,7 @@ def test_a_cantilever_over_six_decades_of_steps(name: str, law: Any, elastic: An
     fall, or the resolution says that it is not, or the march ends. Sixty steps, or as many as make five."""
     mesh = Box((2.0, 1.0, 1.0)).mesh("hex8", 1.0)
     wall = (3 * np.flatnonzero(mesh.points[:, 0] < 1e-9)[:, None] + np.arange(3)).ravel()
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, mesh.element)
     mass = lumped_mass(mesh.cells, N, w, 1.0)
     pull = np.zeros(mass.size)
     pull[2::3] = -1e-4 * mass[2::3]
@@ -277,5 +277,5 @@ def test_the_lowest_loaded_mode_of_a_chain(quadratic: type[Any]) -> None:
         wall = np.array([3])  # a fourth degree of freedom that is held: the chain is no free body
         assembly = Assembly(4, wall, [quadratic(np.pad(K, (0, 1)))], [DeadForces(np.append(load, 0.0))])
         held = Dynamics(assembly, np.ones(4), np.zeros(4), np.zeros(4), wall)
-        found = loaded_frequency(DynamicForces(held), held, np.zeros((1, 3)))
+        found = lowest_excited_frequency(DynamicForces(held), held, np.zeros((1, 3)))
         assert found == pytest.approx(np.sqrt(square), rel=1e-6)

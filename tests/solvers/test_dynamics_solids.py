@@ -20,7 +20,7 @@ from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.integrator import StepTooLong
 from softmark.solvers.dynamics.load_amplitudes import Amplitude
-from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_shapes_and_volumes
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
@@ -40,7 +40,7 @@ NONE = np.zeros(0, dtype=np.int64)
 
 def masses(mesh: Mesh, density: float) -> tuple[csr_matrix, np.ndarray]:
     """Consistent and lumped."""
-    N, w = mass_points(mesh.points, mesh.cells, Tet4)
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, Tet4)
     return consistent_mass(mesh.cells, N, w, density), lumped_mass(mesh.cells, N, w, density)
 
 
@@ -84,7 +84,7 @@ def test_momenta_of_rigid_motion(kind: str) -> None:
     """
     mesh = Box((3.0, 2.0, 1.0)).mesh(kind, 1.0)
     y = mesh.points - 0.5 * (mesh.points.min(axis=0) + mesh.points.max(axis=0))
-    N, w = mass_points(mesh.points, mesh.cells, ELEMENTS[kind])
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, ELEMENTS[kind])
     consistent, lumped = consistent_mass(mesh.cells, N, w, 5.0), lumped_mass(mesh.cells, N, w, 5.0)
     turning = np.cross([0.0, 0.0, 0.7], y)
     v = (np.array([1.0, 0.0, 0.0]) + turning).ravel()

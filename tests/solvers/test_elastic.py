@@ -12,7 +12,7 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressure_predictor import MixedPoints
+from softmark.solvers.assembly.pressure_predictor import ElasticWithGivenPressures
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.materials import MATERIALS, Law
@@ -300,7 +300,7 @@ def test_expected_pressures_do_what_they_do_to_tensors(name: str, elastic: Energ
     found = []
     for law, volume in ((whole, parts[1]), (Tensors(whole), Tensors(parts[1]))):
         plain = elastic(mesh, law)  # type: ignore[arg-type]
-        mixed = MixedPoints(plain.cells, plain.dNdX, plain.w, plain.law, volume=volume)  # type: ignore[arg-type]
+        mixed = ElasticWithGivenPressures(plain.cells, plain.dNdX, plain.w, plain.law, volume=volume)  # type: ignore[arg-type]
         then = mixed.with_predicted_pressures(x, d)
         found.append((then.expected, stiffness(then, x)))
     for fast, slow in zip(*found, strict=True):

@@ -9,7 +9,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.facet_contact_points import select_penetrating_facets
+from softmark.solvers.contact.facet_contact_points import make_searched_facets
 from softmark.solvers.contact.facet_penetration import _common_normal, find_penetrating_points
 from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
 from softmark.solvers.contact.rigid_friction import add_friction
@@ -35,7 +35,7 @@ def touching(
         areas,
         Barrier(1e-3, 1.0),
         lambda share: body,
-        facing=select_penetrating_facets(X, TRIANGLES, 1),
+        facing=make_searched_facets(X, TRIANGLES, 1),
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
-from softmark.solvers.materials import MATERIALS, drags_for, law_for, mixed_for, parts_for
+from softmark.solvers.materials import MATERIALS, damping_tangents_for, law_for, mixed_for, shear_and_volume_laws
 from softmark.solvers.materials.heterogeneous import average_moduli, with_constants
 from softmark.solvers.materials.plane_stress import Plate
 from softmark.solvers.mesh.element_interpolation import integrate_cells
@@ -48,17 +48,22 @@ def test_every_point_has_its_own_constants(name: str, strain: str, call: str) ->
     varying = MATERIALS[name](E, NU, 1.0)  # type: ignore[arg-type]
     alike(getattr(law_for(varying, strain), call)(F), one_by_one(law_for, name, strain, call))
     for i in range(2):
-        parts = parts_for(varying, strain)
+        parts = shear_and_volume_laws(varying, strain)
         assert parts is not None
-        alike(getattr(parts[i], call)(F), one_by_one(lambda m, s, i=i: parts_for(m, s)[i], name, strain, call))  # type: ignore[misc]
+        alike(
+            getattr(parts[i], call)(F), one_by_one(lambda m, s, i=i: shear_and_volume_laws(m, s)[i], name, strain, call)
+        )  # type: ignore[misc]
     mixed = mixed_for(varying, strain)
     assert mixed is not None
     alike(getattr(mixed.shape, call)(F), one_by_one(lambda m, s: mixed_for(m, s).shape, name, strain, call))  # type: ignore[union-attr]
     if strain != "small" and call == "dPdF_projected":
-        drags = drags_for(varying, strain)
+        drags = damping_tangents_for(varying, strain)
         assert drags is not None
         for i in range(2):
-            alike(drags[i].dPdF_projected(F), one_by_one(lambda m, s, i=i: drags_for(m, s)[i], name, strain, call))  # type: ignore[misc]
+            alike(
+                drags[i].dPdF_projected(F),
+                one_by_one(lambda m, s, i=i: damping_tangents_for(m, s)[i], name, strain, call),
+            )  # type: ignore[misc]
 
 
 @pytest.mark.parametrize("call", ["psi", "P", "dPdF"])
@@ -67,8 +72,10 @@ def test_a_plate_opens_by_the_constants_of_each_point(call: str) -> None:
     plane[:, 2, :2] = plane[:, :2, 2] = 0.0
     solid = MATERIALS["neo_hookean"](E, NU, 1.0)  # type: ignore[arg-type]
     found = getattr(law_for(Plate.from_material(solid), "finite"), call)(plane)
-    each = [getattr(law_for(Plate.from_material(MATERIALS["neo_hookean"](e, nu, 1.0)), "finite"), call)(plane[i : i + 1])
-            for i, (e, nu) in enumerate(zip(E.ravel(), NU.ravel(), strict=True))]  # fmt: skip
+    each = [
+        getattr(law_for(Plate.from_material(MATERIALS["neo_hookean"](e, nu, 1.0)), "finite"), call)(plane[i : i + 1])
+        for i, (e, nu) in enumerate(zip(E.ravel(), NU.ravel(), strict=True))
+    ]
     alike(found, np.concatenate(each))
 
 

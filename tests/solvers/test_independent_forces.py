@@ -26,7 +26,7 @@ from softmark.solvers.independent_forces import mass_forces, solid_forces
 from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 from softmark.solvers.independent_forces.rod_forces import CheckedRod, exponential, left_jacobian, rotation_vector
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
-from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
+from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, shear_and_volume_laws
 from softmark.solvers.materials.polar_decomposition import rotations
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
@@ -91,7 +91,7 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
     if selective:
         if "selective" not in mesh.element.integrations:
             pytest.skip("of linear hexahedra")
-        shear, volume = parts_for(GEL, strain) or ()
+        shear, volume = shear_and_volume_laws(GEL, strain) or ()
         middle = mean_gradients(mesh)
         energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
         two = (EnergyStress(shear.psi), EnergyStress(volume.psi)) if law is None else (law(MU, 0.0), law(0.0, LAM))

@@ -12,13 +12,17 @@ from equal_moduli import CONSTANTS as OWN
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressure_predictor import MixedPoints, is_volumetric, with_predicted_pressures
+from softmark.solvers.assembly.pressure_predictor import (
+    ElasticWithGivenPressures,
+    is_volumetric,
+    with_predicted_pressures,
+)
 from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
-from softmark.solvers.materials import MATERIALS, Law, parts_for
+from softmark.solvers.materials import MATERIALS, Law, shear_and_volume_laws
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
@@ -54,13 +58,13 @@ def corotated(law: Maker, mesh: Mesh = BEAM) -> Statics:
 def finite(mixed: bool, poisson: float = 0.49, kind: str = "hex8", size: float = 0.012) -> Statics:
     """The beam of neo-Hookean cells, started from its corotational twin."""
     mesh, gel = Cylinder(0.178, 0.019).mesh(kind, size), MATERIALS["neo_hookean"](60e3, poisson, 1070.0)
-    parts, laws = integrate_cells(mesh), parts_for(gel, "finite")
+    parts, laws = integrate_cells(mesh), shear_and_volume_laws(gel, "finite")
     assert laws is not None
     law = gel.finite_law()
     energy: Elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
-    whole = MixedPoints(mesh.cells, parts.dNdX, parts.w, law, volume=laws[1]) if mixed else energy
+    whole = ElasticWithGivenPressures(mesh.cells, parts.dNdX, parts.w, law, volume=laws[1]) if mixed else energy
     problem = hung(mesh, whole, upright(energy))
-    turned = parts_for(gel, "corotational")
+    turned = shear_and_volume_laws(gel, "corotational")
     assert turned is not None
     from softmark.solvers.materials import law_for
 

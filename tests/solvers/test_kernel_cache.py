@@ -284,7 +284,7 @@ def of(text: str, **names: object) -> str:
 def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     """The same in every process, too: no address and no order of a set."""
     g, h = (kernel_cache.numba.njit(eval(f"lambda x: x * {c}")) for c in (2.0, 3.0))
-    v, w = (kernel_cache.part(eval(f"lambda x: x * {c}")) for c in (4.0, 5.0))
+    v, w = (kernel_cache.kernel_part(eval(f"lambda x: x * {c}")) for c in (4.0, 5.0))
     text = "def f(x): return A * x"
     stamps = [
         of(text, A=2.0), of(text, A=2), of(text, A=True), of(text, A=(1.0, 2.0)), of(text, A=np.arange(3)),
@@ -303,7 +303,7 @@ def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     assert found == {f"{of(itself)}\n".encode()}
 
 
-@kernel_cache.part
+@kernel_cache.kernel_part
 def _doubled(x: float) -> float:
     return 2.0 * x
 

@@ -103,10 +103,10 @@ def test_with_damping_moving_supports_and_courses_of_loads(
 
 
 def test_a_consistent_mass_and_a_last_step_that_is_shorter(mesh: Mesh) -> None:
-    from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+    from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_shapes_and_volumes
     from softmark.solvers.elements.tet4 import Tet4
 
-    N, w = mass_points(mesh.points, mesh.cells, Tet4)
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, Tet4)
     problem = replace(beam(mesh, "bdf2"), mass=consistent_mass(mesh.cells, N, w, RHO))
     path, judge = march(problem, 0.143, 0.01), march(replace(problem, lagged=False), 0.143, 0.01)
     agree(path, judge, 1e-6)

@@ -14,7 +14,16 @@ from deformations import close, difference, rotations
 from equal_moduli import made
 from numpy.typing import NDArray
 
-from softmark.solvers.materials import MATERIALS, STRAINS, Law, NoFiniteLaw, batching, law_for, parts_for, project
+from softmark.solvers.materials import (
+    MATERIALS,
+    STRAINS,
+    Law,
+    NoFiniteLaw,
+    batching,
+    law_for,
+    project,
+    shear_and_volume_laws,
+)
 from softmark.solvers.materials.corotational import FLOOR, Corotational
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -326,14 +335,14 @@ def test_parts_add_up_to_the_law(name: str, strain: str) -> None:
     """Shear and volume of any law that has parts, to round-off; the first depends on mu alone."""
     material = made(name, 1.0, 0.4)
     if strain == "finite" and material.finite_parts() is None:  # see test_integration_options.py
-        assert parts_for(material, strain) is None
+        assert shear_and_volume_laws(material, strain) is None
         return
-    whole, parts = law_for(material, strain), parts_for(material, strain)
+    whole, parts = law_for(material, strain), shear_and_volume_laws(material, strain)
     assert parts is not None
     for method in ("psi", "P", "dPdF"):
         values = [getattr(law, method)(STRETCHED) for law in (whole, *parts)]
         close(values[1] + values[2], values[0], 1e-13)
-    again = parts_for(made(name, 1.0, 0.3), strain)
+    again = shear_and_volume_laws(made(name, 1.0, 0.3), strain)
     assert again is not None
     ratio = 1.4 / 1.3  # mu = E/(2 (1 + nu)): the first part knows nothing else
     close(ratio * parts[0].P(STRETCHED), again[0].P(STRETCHED), 1e-13)

@@ -27,7 +27,10 @@ def test_it_is_the_same_body_and_holds_the_coarse_space(kind: str, body: str) ->
     u = np.random.default_rng(0).standard_normal((len(mesh.points), 3))
     X = found.mesh.points[found.mesh.cells].mean(axis=1)
     inside = locate_points(mesh, X).outside == 0
-    coarse, fine = locate_points(mesh, X).interpolate(u), locate_points(found.mesh, X).interpolate(found.interpolate_displacements(u))
+    coarse, fine = (
+        locate_points(mesh, X).interpolate(u),
+        locate_points(found.mesh, X).interpolate(found.interpolate_displacements(u)),
+    )
     np.testing.assert_allclose(fine[inside], coarse[inside], atol=1e-9)
 
 

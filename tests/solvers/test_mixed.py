@@ -372,9 +372,9 @@ def test_against_taylor_hood_of_scikit_fem() -> None:
 
 def own_weight(mesh: Mesh) -> Floats:
     """Consistent forces of a body force of -1 N/m^3 along z, by the quadrature of mass."""
-    from softmark.solvers.dynamics.mass_matrices import mass_points
+    from softmark.solvers.dynamics.mass_matrices import mass_shapes_and_volumes
 
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, mesh.element)
     f = np.zeros_like(mesh.points)
     np.add.at(f[:, 2], mesh.cells, -(w @ N))
     return f

@@ -20,7 +20,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
-from softmark.solvers.materials import Law, law_for, parts_for
+from softmark.solvers.materials import Law, law_for, shear_and_volume_laws
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
@@ -137,7 +137,7 @@ def energy(mesh: Mesh, material: str, strain: str, integrated: str) -> Energy:
     own, parts = made(material, YOUNG, POISSON), integrate_cells(mesh)
     if integrated == "full":
         return Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, strain))
-    laws, middle = parts_for(own, strain), mean_gradients(mesh)
+    laws, middle = shear_and_volume_laws(own, strain), mean_gradients(mesh)
     assert laws is not None
     shear = Elastic(mesh.cells, parts.dNdX, parts.w, laws[0])
     return EnergySum((shear, Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))

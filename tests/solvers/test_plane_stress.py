@@ -8,7 +8,7 @@ from equal_moduli import made
 from scipy.optimize import brentq
 
 from softmark.solvers.independent_forces.stress_by_differences import PlaneStressLaw
-from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
+from softmark.solvers.materials import MATERIALS, law_for, mixed_for, shear_and_volume_laws
 from softmark.solvers.materials.plane_stress import PlaneStress, Plate
 
 E, NU = 1.0, 0.3  # unit scale, so that a wrong derivative shows
@@ -109,4 +109,6 @@ def test_nothing_is_taken_apart_and_a_plate_of_a_plate_is_one() -> None:
     """Where the thickness follows the motion nothing locks, and laws of parts are those of solids."""
     gel = Plate.from_material(MATERIALS["neo_hookean"](E, NU, 1000.0))
     assert Plate.from_material(gel) is gel
-    assert parts_for(gel, "finite") is parts_for(gel, "small") is mixed_for(gel, "small") is None
+    assert (
+        shear_and_volume_laws(gel, "finite") is shear_and_volume_laws(gel, "small") is mixed_for(gel, "small") is None
+    )

@@ -60,7 +60,10 @@ def test_flow_makes_no_fluid_and_heats(turns: bool) -> None:
     x = state(energy)
     assert abs(energy.inflow(x).sum()) < 1e-13 * np.abs(energy.inflow(x)).sum()
     assert energy.dissipated_power(x) > 0.0
-    assert energy.dissipated_power(np.concatenate([x[: 3 * energy.nodes], np.full(energy.dofs - 3 * energy.nodes, 0.1)])) < 1e-25
+    assert (
+        energy.dissipated_power(np.concatenate([x[: 3 * energy.nodes], np.full(energy.dofs - 3 * energy.nodes, 0.1)]))
+        < 1e-25
+    )
 
 
 @pytest.mark.parametrize("turns", [False, True])

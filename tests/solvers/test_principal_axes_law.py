@@ -17,7 +17,7 @@ from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.isotropic_material import Isotropic
 from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 from softmark.solvers.runtime import scalar_or_array
-from softmark.solvers.statics.isotropic_material_point import PrincipalPoint
+from softmark.solvers.statics.isotropic_material_point import PrincipalStretchSolver
 from softmark.solvers.statics.material_point import ImposedDeformation, MaterialPoint, NoState
 
 RNG = np.random.default_rng(11)
@@ -114,7 +114,7 @@ def test_a_state_by_numbers_is_that_of_arrays(name: str, state: str, nu: float) 
     numbers, arrays = both(name, nu)
     for l in (0.85, 1.0 + 1e-9, 1.25):
         drive = STATES[state](l)
-        assert isinstance(numbers._select_solver(drive), PrincipalPoint)
+        assert isinstance(numbers._select_solver(drive), PrincipalStretchSolver)
         try:
             other = arrays.state(drive)
         except NoState:

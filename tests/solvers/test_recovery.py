@@ -20,7 +20,7 @@ from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
-from softmark.solvers.materials import MATERIALS, law_for, parts_for
+from softmark.solvers.materials import MATERIALS, law_for, shear_and_volume_laws
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
@@ -63,7 +63,7 @@ def cells(kind: str, law: str) -> Elastic:
 def selective(law: str) -> EnergySum:
     mesh, full = block("hex8"), cells("hex8", law)
     middle = mean_gradients(mesh)
-    parts = parts_for(made(law, 1.0, 0.3), "finite")
+    parts = shear_and_volume_laws(made(law, 1.0, 0.3), "finite")
     assert parts is not None
     first = Elastic(full.cells, full.dNdX, full.w, parts[0])
     return EnergySum((first, Elastic(full.cells, middle.dNdX, middle.w, parts[1])))

@@ -10,7 +10,7 @@ import pytest
 from scipy import sparse
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_shapes_and_volumes
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.corotational_tets import CorotationalTets
@@ -59,7 +59,7 @@ def free(mesh: Mesh) -> np.ndarray:
 
 
 def mass(mesh: Mesh) -> sparse.csr_matrix:
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, mesh.element)
     return consistent_mass(mesh.cells, N, w, 1.0, len(mesh.points)).tocsr()
 
 

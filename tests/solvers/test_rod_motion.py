@@ -36,7 +36,7 @@ from softmark.solvers.energies.rod_loads import EccentricRodForces, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import chain_elements, rod_at_rest
-from softmark.solvers.linear.banded_lu import ChainSolver
+from softmark.solvers.linear.banded_lu import BandedLuSolver
 
 NONE = np.zeros(0, dtype=np.int64)
 GUM = circular(4e-3, 1e6, 0.3)
@@ -61,7 +61,7 @@ def moving(rest: np.ndarray, stiffness: RodStiffness, mass: np.ndarray, J: np.nd
     M = np.concatenate([np.repeat(mass[:, None], 3, axis=1), J], axis=1).ravel()
     known: dict[str, Any] = {"tolerance": 1e-10, "velocity": np.zeros(6 * nodes), **options}
     return Dynamics(Assembly(6 * nodes, fixed, [rod], loads), M, np.zeros(6 * nodes), fixed=fixed, lagged=False,
-                    linear=ChainSolver(), turning=RotationalInertia(chart, where, J), **known)  # fmt: skip
+                    linear=BandedLuSolver(), turning=RotationalInertia(chart, where, J), **known)  # fmt: skip
 
 
 def gum(nodes: int, **options: Any) -> Dynamics:
@@ -174,9 +174,9 @@ def test_a_chain_solver_solves_what_is_not_symmetric() -> None:
     rng, problem = np.random.default_rng(0), gum(6)
     K = problem.assembly.pattern.matrix(rng.normal(size=len(problem.assembly.pattern.indices)))
     b = rng.normal(size=36)
-    np.testing.assert_allclose(ChainSolver().solve(K, b, 0.0), np.linalg.solve(K.toarray(), b), rtol=1e-8)
+    np.testing.assert_allclose(BandedLuSolver().solve(K, b, 0.0), np.linalg.solve(K.toarray(), b), rtol=1e-8)
     with pytest.raises(Exception, match="zero"):
-        ChainSolver().solve(problem.assembly.pattern.matrix(np.zeros(K.nnz)), b, 0.0)
+        BandedLuSolver().solve(problem.assembly.pattern.matrix(np.zeros(K.nnz)), b, 0.0)
 
 
 # ------------------------------------------------------------------ time

@@ -29,7 +29,7 @@ from softmark.solvers.energies.rod_rotation import exponential, product, rotatio
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.energies.rod_tendons import RodTendons
-from softmark.solvers.linear.banded_lu import ChainSolver
+from softmark.solvers.linear.banded_lu import BandedLuSolver
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 Made = Callable[[], tuple[RodElementEnergy, np.ndarray]]
@@ -137,7 +137,7 @@ def moving(nodes: int, fixed: np.ndarray, tension: float, name: str) -> Dynamics
     load = MovingRodTendons(chart, winding(rest, tension, 0.01, 0.5))
     where = 6 * np.arange(nodes)[:, None] + np.arange(3, 6)
     return Dynamics(Assembly(6 * nodes, fixed, [rod], [load]), M.ravel(), np.zeros(6 * nodes), np.zeros(6 * nodes),
-                    fixed, integrator=INTEGRATORS[name](), lagged=False, linear=ChainSolver(), tolerance=1e-10,
+                    fixed, integrator=INTEGRATORS[name](), lagged=False, linear=BandedLuSolver(), tolerance=1e-10,
                     turning=RotationalInertia(chart, where, np.ascontiguousarray(M[:, 3:])))  # fmt: skip
 
 

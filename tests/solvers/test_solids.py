@@ -10,7 +10,7 @@ from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
-from softmark.solvers.materials import MATERIALS, law_for, parts_for
+from softmark.solvers.materials import MATERIALS, law_for, shear_and_volume_laws
 from softmark.solvers.mesh.cell_splitting import add_midside_nodes
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
@@ -229,7 +229,7 @@ def bent(selective: bool, poisson: float) -> float:
     mesh, material = Box((1.0, 0.1, 0.1)).mesh("hex8", 1 / 60), MATERIALS["linear_elastic"](1e6, poisson, 1.0)
     parts, middle = integrate_cells(mesh), mean_gradients(mesh)
     energy: Energy = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(material, "small"))
-    split = parts_for(material, "small")
+    split = shear_and_volume_laws(material, "small")
     if selective and split is not None:
         shear = Elastic(mesh.cells, parts.dNdX, parts.w, split[0])
         energy = EnergySum((shear, Elastic(mesh.cells, middle.dNdX, middle.w, split[1])))

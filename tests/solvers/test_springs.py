@@ -19,7 +19,7 @@ from softmark.solvers.mesh.spring_edges import (
     FACE,
     Diagonals,
     build_spring_network,
-    hexahedron_shares,
+    hexahedron_stiffness_fractions,
 )
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
 
@@ -228,7 +228,7 @@ def test_120_newtons_per_metre() -> None:
 def test_the_shares_of_a_cube_add_up_to_six(diagonals: Diagonals) -> None:
     """As the six edges of a tetrahedron do: the sum of k l0^2 is then 6 E V in every network."""
     mesh = block((1, 1, 1))
-    found = hexahedron_shares(mesh.points[mesh.cells], diagonals)[0]
+    found = hexahedron_stiffness_fractions(mesh.points[mesh.cells], diagonals)[0]
     expected = np.repeat(CUBE[diagonals], [12, 12, 4])[: len(found)]
     np.testing.assert_allclose(found, expected, atol=1e-12)
     assert found.sum() == pytest.approx(6.0, abs=1e-11)

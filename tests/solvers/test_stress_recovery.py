@@ -14,7 +14,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation, MixedSolid
-from softmark.solvers.linear.linear_solver import Linear
+from softmark.solvers.linear.linear_solver import LinearSolverOptions
 from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
 from softmark.solvers.mesh import element_interpolation
 from softmark.solvers.mesh.element_interpolation import integrate_cells
@@ -76,7 +76,7 @@ def solved(kind: str, way: str, law: str, n: int, poisson: float = POISSON) -> t
     rest, to = np.zeros(dofs), np.zeros(len(fixed))
     spare = energy.spare[assembly.free] if isinstance(energy, MixedSolid) else None
     convex = law == "small" and spare is None
-    task = Statics(assembly, VectorSpace(dofs), rest, fixed, to, convex=convex, linear=Linear(spare=spare))
+    task = Statics(assembly, VectorSpace(dofs), rest, fixed, to, convex=convex, linear=LinearSolverOptions(spare=spare))
     x = equilibrium(task).x
     pressures = energy.unit * x[energy.pressures] if isinstance(energy, MixedSolid) else None
     u = x[: mesh.points.size].reshape(-1, 3)

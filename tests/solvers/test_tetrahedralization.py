@@ -262,7 +262,7 @@ def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: 
     assert given == [set(), {"bg_vertices", "bg_tets", "bg_values"}]
     assert even.filling is not None
     assert graded.filling is not None
-    assert graded.filling.mesher == even.filling.mesher == tetrahedralization.mesher()
+    assert graded.filling.mesher == even.filling.mesher == tetrahedralization.mesher_version()
 
 
 def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:

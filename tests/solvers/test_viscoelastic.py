@@ -227,7 +227,9 @@ def test_a_turn_of_the_body_turns_its_stress_and_leaves_its_memory() -> None:
     """Objectivity: the same history, followed by a rotation at once."""
     law = NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
-    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=GreenStrain())).history_after_step(0.5 * along, 0.7)
+    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=GreenStrain())).history_after_step(
+        0.5 * along, 0.7
+    )
     a = 0.9
     R = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
     x = mesh.points + (0.5 * along).reshape(-1, 3)

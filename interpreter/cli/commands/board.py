@@ -98,7 +98,7 @@ def _read_title_and_cases(names: list[str], also: list[str]) -> tuple[str, list[
     If the suite has errors or a scene is missing, print the errors and return None.
     """
     from softmark.interpreter.cli.commands.other_programs_option import load_with_programs
-    from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
+    from softmark.interpreter.cli.commands.scene_arguments import SceneReadError, read_scene, show
     from softmark.interpreter.study.leaderboard.suite_cases import case_of_scene, cases_of_suite
     from softmark.interpreter.study.leaderboard.suite_file import is_suite, read_suite, standard_suites
 
@@ -109,7 +109,7 @@ def _read_title_and_cases(names: list[str], also: list[str]) -> tuple[str, list[
     if len(names) == 1:
         try:
             source, folder, _ = read_scene(str(known.get(names[0], names[0])))
-        except Unread as unread:
+        except SceneReadError as unread:
             show([unread.diagnostic])
             return None
         if is_suite(source.text):

@@ -153,10 +153,10 @@ def _run_comparison(
 
     def accurate(found: ComparisonRecord) -> None:
         """Print the errors of all configurations as soon as they are known, long before timing ends."""
-        from softmark.interpreter.report.comparison.comparison_terminal import errors
+        from softmark.interpreter.report.comparison.comparison_terminal import error_tables
 
         progress.clear()
-        print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
+        print(error_tables(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
 
     request = comparison_request(
         parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),

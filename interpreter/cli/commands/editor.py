@@ -27,7 +27,7 @@ def run(parsed: argparse.Namespace) -> int:
         width = max(map(len, EDITORS))
         print("\n".join(f"dsl editor {name:{width}}  {_editor_module(name).TITLE}" for name in EDITORS))
         return 0
-    from softmark.interpreter.results.atomic_files import folder_within, refuse_link, replace
+    from softmark.interpreter.results.atomic_files import make_inner_folder, refuse_link, replace
 
     into = Path(parsed.out or f"softmark-{parsed.editor}")
     editor = _editor_module(parsed.editor)
@@ -35,7 +35,7 @@ def run(parsed: argparse.Namespace) -> int:
         if not parsed.out:
             refuse_link(into)
         for name, content in editor.files().items():
-            replace(folder_within(into, *Path(name).parent.parts) / Path(name).name, content)
+            replace(make_inner_folder(into, *Path(name).parent.parts) / Path(name).name, content)
             print(make_visible(str(into / name)))
     except OSError as failure:
         print(make_visible(f"error: {into} cannot be written: {failure.strerror}"), file=sys.stderr)

@@ -8,7 +8,7 @@ import sys
 from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import add_plugin_option
 from softmark.interpreter.help.unknown_words import hint
-from softmark.interpreter.help.word_pages import page, page_of_plugins
+from softmark.interpreter.help.word_pages import page, plugin_word_pages
 from softmark.interpreter.validation.constructor_registry import vocabulary_with
 
 
@@ -28,7 +28,7 @@ def run(parsed: argparse.Namespace) -> int:
     show(found)
     if errors(found):
         return 2
-    text = page_of_plugins(words, parsed.name) or page(parsed.name, words)
+    text = plugin_word_pages(words, parsed.name) or page(parsed.name, words)
     if text is None:
         print(make_visible(f"error: there is nothing called `{parsed.name}`; {hint(parsed.name)}"), file=sys.stderr)
         return 2

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parser import parse
-from softmark.interpreter.cli.commands.scene_arguments import Unread, has_errors, read_scene, show
+from softmark.interpreter.cli.commands.scene_arguments import SceneReadError, has_errors, read_scene, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +37,7 @@ def _format_file(name: str, check: bool, upgrade: bool) -> int:
 
     try:
         source, _, path = read_scene(name)
-    except Unread as unread:
+    except SceneReadError as unread:
         show([unread.diagnostic])
         return 2
     if path is not None and not check and os.path.islink(name):

@@ -19,7 +19,7 @@ from softmark.interpreter.cli.commands.common_options import (
     parse_folder,
 )
 from softmark.interpreter.cli.commands.report_folder import symlink_error
-from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene
+from softmark.interpreter.cli.commands.scene_arguments import SceneReadError, read_scene
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Source
@@ -67,7 +67,7 @@ def run(parsed: argparse.Namespace) -> int:
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
     scene = _scene_source_or_error(parsed.file)
-    declared = [] if isinstance(scene, Unread) else _declared_names(scene[0])
+    declared = [] if isinstance(scene, SceneReadError) else _declared_names(scene[0])
     if name := next((own for own in names if own in declared), None):
         other = f"call it `--as {_unused_name(name, declared)}`"
         print(f"dsl judge: error: `--as {name}`: the scene already declares `{name}`; {other}",
@@ -75,7 +75,7 @@ def run(parsed: argparse.Namespace) -> int:
         return 2
     for path in parsed.results[len(names) :]:
         names.append(_name_for_file(path, [*names, *declared]))
-    compared = [] if isinstance(scene, Unread) else _compared_models(scene, parsed)
+    compared = [] if isinstance(scene, SceneReadError) else _compared_models(scene, parsed)
     parsed.model = list(dict.fromkeys([*names, *parsed.model, *compared]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
@@ -86,14 +86,14 @@ def run(parsed: argparse.Namespace) -> int:
     return running.run(parsed, lambda: _scene_with_results(scene, parsed, names))
 
 
-def _scene_source_or_error(file: str) -> tuple[Source, Path, Path | None] | Unread:
+def _scene_source_or_error(file: str) -> tuple[Source, Path, Path | None] | SceneReadError:
     """Return the source, folder and file of a scene, or the error if it cannot be read.
 
     Standard input can be read only once, so the error is kept and reported later.
     """
     try:
         return read_scene(file)
-    except Unread as unread:
+    except SceneReadError as unread:
         return unread
 
 
@@ -130,13 +130,13 @@ def _name_for_file(path: str, taken: list[str]) -> str:
 
 
 def _scene_with_results(
-    scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]
+    scene: tuple[Source, Path, Path | None] | SceneReadError, parsed: argparse.Namespace, names: list[str]
 ) -> SceneText:
     """Return the scene with one more model for each result file, called by the `names`. Raises Unread."""
     from softmark.grammar.diagnostic import Source
     from softmark.interpreter.pipeline.run_options import SceneText
 
-    if isinstance(scene, Unread):
+    if isinstance(scene, SceneReadError):
         raise scene
     source, place, file = scene
     given = [(n, getattr(parsed, n)) for n in FIELDS if getattr(parsed, n) is not None]

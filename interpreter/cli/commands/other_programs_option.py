@@ -34,7 +34,7 @@ def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None
 
     The names in `programs` are not checked here.
     """
-    from softmark.interpreter.cli.commands.scene_arguments import Unread, load, read_scene
+    from softmark.interpreter.cli.commands.scene_arguments import SceneReadError, load, read_scene
     from softmark.interpreter.validation.scene_loader import load_scene
 
     scene, diagnostics = load(name)
@@ -42,7 +42,7 @@ def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None
         return scene, diagnostics
     try:
         source, folder, file = read_scene(name)
-    except Unread as unread:
+    except SceneReadError as unread:
         return None, [unread.diagnostic]
     lines = added_declarations(source, scene, programs)
     while lines:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SPARE = 10.0  # minimum time between two saves, as a multiple of the time that the last save took
 
 
-class Unusable(Exception):
+class UnusableReportPlace(Exception):
     """Error: the report cannot be written to the requested place. The text gives the reason."""
 
 
@@ -59,7 +59,7 @@ class ReportWriter:
             self.folder = Path(f"{Path(scene.path).stem if scene.path else 'scene'}-report")
         exit_signals.set_interrupt_message(self.rescue)
         if problem := symlink_error(None if self.named else self.folder) or self._reason_unusable(scene):
-            raise Unusable(problem)
+            raise UnusableReportPlace(problem)
         self.begun = True
 
     def _reason_unusable(self, scene: Scene) -> str:

@@ -69,8 +69,8 @@ def run(parsed: argparse.Namespace, reading: Callable[[], SceneText] | None = No
 
 
 def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], SceneText] | None) -> int:
-    from softmark.interpreter.cli.commands.report_folder import ReportWriter, Unusable
-    from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
+    from softmark.interpreter.cli.commands.report_folder import ReportWriter, UnusableReportPlace
+    from softmark.interpreter.cli.commands.scene_arguments import SceneReadError, read_scene, show
     from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic, format_diagnostics
     from softmark.interpreter.language.compiled_scene import SceneError
     from softmark.interpreter.pipeline.run_options import RunOptions, SceneText
@@ -85,8 +85,17 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
 
     shelf = ReportWriter(parsed)
     stated = () if parsed.stated else None
-    options = RunOptions(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.save_unfinished, warn, stated=stated,
-                      free=True, beside=True)  # fmt: skip
+    options = RunOptions(
+        tuple(parsed.model),
+        parsed.repeat,
+        progress.say,
+        shelf.begin,
+        shelf.save_unfinished,
+        warn,
+        stated=stated,
+        free=True,
+        beside=True,
+    )
     try:
         text = (
             reading()
@@ -95,13 +104,13 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
         )
         keeper = None if reading else _run_cache(parsed, shelf, progress)
         report = run_to_report(text, options) if keeper is None else _run_with_cache(text, options, keeper)
-    except Unread as unread:
+    except SceneReadError as unread:
         warn([unread.diagnostic])
         return 2
     except SceneError as error:
         warn(error.diagnostics)
         return 2
-    except Unusable as problem:
+    except UnusableReportPlace as problem:
         progress.clear()
         print(problem, file=sys.stderr)
         return 2

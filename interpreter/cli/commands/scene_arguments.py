@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
 
 
-class Unread(Exception):
+class SceneReadError(Exception):
     """Error: a scene cannot be read. `diagnostic` has the reason."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
@@ -37,7 +37,7 @@ def read_scene(name: str) -> tuple[Source, Path, Path | None]:
         path = locate_scene(name)
         return read_scene_file(path), path.parent, path
     except UnreadableScene as missing:
-        raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
+        raise SceneReadError(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
 
 
 def load(
@@ -51,7 +51,7 @@ def load(
 
     try:
         source, folder, file = read_scene(name)
-    except Unread as unread:
+    except SceneReadError as unread:
         return None, [unread.diagnostic]
     return load_scene(source, folder, file, overrides, only, plugins)
 

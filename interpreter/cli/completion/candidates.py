@@ -33,7 +33,7 @@ Way = Callable[[PartialCommandLine], Answers]
 
 
 def _scenes(asked: PartialCommandLine) -> Answers:
-    return {**scene_candidates.standard(), **file_candidates.files(asked.current, scene_candidates.SUFFIX)}
+    return {**scene_candidates.standard_scene_names(), **file_candidates.files(asked.current, scene_candidates.SUFFIX)}
 
 
 def _file_completer(*endings: str) -> Way:
@@ -50,11 +50,11 @@ WAYS: dict[str, Way] = {
         **file_candidates.files(asked.current, ".suite"),
     },
     "fmt files": _file_completer(scene_candidates.SUFFIX),
-    "import file": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.decks()),
+    "import file": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.deck_file_endings()),
     "import out": _file_completer(scene_candidates.SUFFIX),
     "conformance file": lambda asked: file_candidates.plugins(asked.current),
-    "judge results": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
-    "rest": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
+    "judge results": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.result_file_endings()),
+    "rest": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.result_file_endings()),
     "model": lambda asked: scene_candidates.declared_names(asked.operands, "model", asked.options.get("model", [])),
     "study": lambda asked: scene_candidates.declared_names(asked.operands, "study"),
     "overrides": lambda asked: scene_candidates.overridable_names(asked.operands, asked.current),
@@ -68,7 +68,7 @@ WAYS: dict[str, Way] = {
     "against": _file_completer(".json"),
     "junit": _file_completer(".xml"),
     "also": lambda asked: vocabulary_candidates.programs(),
-    "units": lambda asked: vocabulary_candidates.systems(),
+    "units": lambda asked: vocabulary_candidates.unit_systems(),
     "name": lambda asked: vocabulary_candidates.documented_words(asked.current),
     "what": lambda asked: vocabulary_candidates.topics(),
     "template": lambda asked: scene_candidates.templates(),

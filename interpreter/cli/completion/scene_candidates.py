@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 SUFFIX = ".scene"
 
 
-def standard() -> dict[str, str]:
+def standard_scene_names() -> dict[str, str]:
     """Return the names of the scenes in the standard library."""
     from softmark.interpreter.language.scene_sources import standard_scenes
 

@@ -33,21 +33,21 @@ def programs() -> dict[str, str]:
     return dict.fromkeys(PROGRAMS, "")
 
 
-def systems() -> dict[str, str]:
+def unit_systems() -> dict[str, str]:
     """Return the unit systems of `dsl import`."""
     from softmark.interpreter.importers.deck_units import SYSTEMS
 
     return dict.fromkeys(SYSTEMS, "")
 
 
-def decks() -> list[str]:
+def deck_file_endings() -> list[str]:
     """Return the endings of the input files that `dsl import` reads."""
     from softmark.interpreter.importers.import_formats import READERS
 
     return list(READERS)
 
 
-def results() -> list[str]:
+def result_file_endings() -> list[str]:
     """Return the endings of the result files that `dsl judge` reads."""
     from softmark.interpreter.models.imported_results.readers import READERS
 

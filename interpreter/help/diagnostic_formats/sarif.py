@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 from softmark import __version__
-from softmark.grammar.diagnostic import Diagnostic, Second, make_encodable
+from softmark.grammar.diagnostic import Diagnostic, SecondaryPlace, make_encodable
 from softmark.grammar.tree import Span
 from softmark.interpreter.help.codes import pages
 from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
@@ -92,7 +92,7 @@ def _region(span: Span) -> dict[str, int]:
     }
 
 
-def _related(i: int, second: Second) -> dict[str, Any]:
+def _related(i: int, second: SecondaryPlace) -> dict[str, Any]:
     place = _location(RepositoryLocation(repository_path(second.source.name), second.span))
     return {"id": i, "physicalLocation": place, "message": {"text": make_encodable(second.label)}}
 

@@ -77,17 +77,17 @@ def many(member: Node) -> Node:
     return {"type": "REPEAT", "content": member}
 
 
-def named(name: str, member: Node) -> Node:
+def field_rule(name: str, member: Node) -> Node:
     """Return the rule of a member that becomes a named field of its node."""
     return {"type": "FIELD", "name": name, "content": member}
 
 
-def left(level: int, *members: Node) -> Node:
+def prec_left(level: int, *members: Node) -> Node:
     """Return the rule of a left-associative sequence; among competing rules the one with the higher level wins."""
     return {"type": "PREC_LEFT", "value": level, "content": seq(*members)}
 
 
-def listed(member: Node) -> Node:
+def comma_separated_rule(member: Node) -> Node:
     """Return the rule of a list separated by commas, with an optional comma after the last member."""
     return maybe(seq(member, many(seq(text(","), member)), maybe(text(","))))
 
@@ -110,11 +110,11 @@ def grammar() -> Node:
     unit = seq(pattern(r"[ \t\u00a0\u2009\u202f]*"), factor, many(seq(pattern(r"[*/·]"), choice(factor, below))))
     expression = rule("_expression")
     operators = [
-        left(
+        prec_left(
             level,
-            named("left", expression),
-            named("operator", choice(*(word(o) if o.isalpha() else text(o) for o in own))),
-            named("right", expression),
+            field_rule("left", expression),
+            field_rule("operator", choice(*(word(o) if o.isalpha() else text(o) for o in own))),
+            field_rule("right", expression),
         )
         for level, own in LEVELS.items()
     ]
@@ -123,31 +123,58 @@ def grammar() -> Node:
         "_declaration": choice(*map(rule, ("version", "title", "use", "param", "expect", "declare"))),
         "version": seq(text("softmark"), rule("number")),
         "title": seq(text("scene"), rule("string")),
-        "use": seq(text("use"), rule("string"), text("as"), named("name", rule("name"))),
-        "param": seq(text("param"), named("name", rule("name")), text("="), named("value", expression),
-                     maybe(seq(word("in"), expression, text(".."), expression))),
+        "use": seq(text("use"), rule("string"), text("as"), field_rule("name", rule("name"))),
+        "param": seq(
+            text("param"),
+            field_rule("name", rule("name")),
+            text("="),
+            field_rule("value", expression),
+            maybe(seq(word("in"), expression, text(".."), expression)),
+        ),
         "expect": seq(text("expect"), expression),
-        "declare": seq(named("kind", rule("name")), named("name", rule("name")), text("="), named("value", expression)),
-        "_expression": choice(*map(rule, ("binary", "unary", "power", "quantity", "string", "path", "name", "call",
-                                          "group", "vector", "series"))),
+        "declare": seq(
+            field_rule("kind", rule("name")),
+            field_rule("name", rule("name")),
+            text("="),
+            field_rule("value", expression),
+        ),
+        "_expression": choice(
+            *map(
+                rule,
+                ("binary", "unary", "power", "quantity", "string", "path", "name", "call", "group", "vector", "series"),
+            )
+        ),
         "binary": choice(*operators),
-        "unary": choice(*({"type": "PREC", "value": level, "content": seq(text(sign), expression)}
-                          for sign, level in UNARY.items())),
+        "unary": choice(
+            *({"type": "PREC", "value": level, "content": seq(text(sign), expression)} for sign, level in UNARY.items())
+        ),
         "power": {"type": "PREC_RIGHT", "value": 8, "content": seq(expression, text("^"), expression)},
         "quantity": seq(rule("number"), maybe(rule("unit"))),
-        "call": {"type": "PREC", "value": 9, "content": seq(
-            named("function", choice(rule("name"), rule("path"))), text("("), listed(rule("argument")), text(")"))},
-        "argument": choice(seq(named("field", rule("name")), text("="), named("value", expression)), expression),
+        "call": {
+            "type": "PREC",
+            "value": 9,
+            "content": seq(
+                field_rule("function", choice(rule("name"), rule("path"))),
+                text("("),
+                comma_separated_rule(rule("argument")),
+                text(")"),
+            ),
+        },
+        "argument": choice(
+            seq(field_rule("field", rule("name")), text("="), field_rule("value", expression)), expression
+        ),
         "group": seq(text("("), expression, text(")")),
-        "vector": seq(text("("), expression, text(","), listed(expression), text(")"), maybe(rule("unit"))),
-        "series": seq(text("["), listed(expression), text("]"), maybe(rule("unit"))),
+        "vector": seq(
+            text("("), expression, text(","), comma_separated_rule(expression), text(")"), maybe(rule("unit"))
+        ),
+        "series": seq(text("["), comma_separated_rule(expression), text("]"), maybe(rule("unit"))),
         "number": pattern(r"([0-9]+(\.[0-9]+)?|\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?"),
         "string": pattern(r'"([^"\\\r\n]|\\[^\r\n])*"'),
         "path": pattern(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)+"),
         "name": pattern(r"[A-Za-z_]\w*"),
         "comment": pattern(r"#[^\r\n]*"),
         "unit": {"type": "IMMEDIATE_TOKEN", "content": unit},
-    }  # fmt: skip
+    }
     blanks = pattern(r"[\s\u00a0\u2009\u202f\uFEFF]")
     return {"name": "softmark", "word": "name", "rules": rules, "extras": [blanks, rule("comment")], "conflicts": [],
             "precedences": [], "externals": [], "inline": [], "supertypes": []}  # fmt: skip

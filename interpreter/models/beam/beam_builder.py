@@ -21,7 +21,7 @@ from softmark.interpreter.models.beam.tapered_sections import (
     section_properties,
     stiffnesses,
 )
-from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, without_frequencies
+from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, undefined_frequencies
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_rod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
@@ -113,7 +113,7 @@ class PreparedBeam(Meshless):
         solution = static_result.solution_of(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
-            modes = without_frequencies("frequencies of curved beams are not computed: use `fem(...)`")
+            modes = undefined_frequencies("frequencies of curved beams are not computed: use `fem(...)`")
         notes = (*static_result.uniqueness_warnings(self.declared, found), *self._guide_warnings(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)
@@ -122,17 +122,17 @@ class PreparedBeam(Meshless):
 
     def _section_stress_field(self, solved: Statics, x: Floats) -> Any:
         """Return the stress field of the beam's sections in a state x (nodes * 7,)."""
-        from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
+        from softmark.interpreter.models.beam.beam_stress import MemberAxisState, SectionStresses, element_line_loads
 
         shape, stations = self.case.prism, self.stations
         (ends,) = (e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
-        lines = lines_on(
+        lines = element_line_loads(
             self.case,
             shape,
             stations,
             lambda line: (shape.section_coordinates(line.begin)[0], shape.section_coordinates(line.end)[0]),
         )
-        piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
+        piece = MemberAxisState(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
         return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 
     def _guide_warnings(self, x: Floats) -> tuple[Diagnostic, ...]:
@@ -227,7 +227,9 @@ def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | 
     """
     shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
     if shape.tapered:
-        return VaryingStiffness(stiffnesses(shape, stations, case.material)).with_suppressed_modes(shape.length, **flexible)
+        return VaryingStiffness(stiffnesses(shape, stations, case.material)).with_suppressed_modes(
+            shape.length, **flexible
+        )
     return section_properties(shape.section, case.material).stiffness.with_suppressed_modes(shape.length, **flexible)
 
 

@@ -13,10 +13,10 @@ from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.cross_section_coverage import (
     coverages,
-    end_of,
     inner_stations,
     selection_borders,
     selects_whole_sections,
+    single_selected_end,
 )
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -358,7 +358,7 @@ def _unsupported_load(load: Declared, case: Case) -> str:
             slack = 1e-6 * case.prism.length
             return "" if abs(first - last) > slack else "the tendon does not run along the beam"
         case SurfaceTraction(where=where) | MomentLoad(where=where):
-            return "" if end_of(where, case.prism) is not None else "not on one whole end face"
+            return "" if single_selected_end(where, case.prism) is not None else "not on one whole end face"
     return "not a load of beam theory"
 
 

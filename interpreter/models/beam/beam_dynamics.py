@@ -12,9 +12,9 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     PreparedMotion,
     amplitude_of,
     check_amplitudes,
+    initial_velocities,
     integrator_of,
     support_amplitude,
-    velocity,
 )
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
@@ -33,7 +33,7 @@ from softmark.solvers.energies.incremental_rotation.moving_rods import (
 )
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
-from softmark.solvers.linear.banded_lu import ChainSolver
+from softmark.solvers.linear.banded_lu import BandedLuSolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -142,7 +142,7 @@ def dynamics(
     check_amplitudes(case, analysis)
     count, own = len(X), mass.reshape(-1, 6)
     start = np.zeros((count, 6))
-    start[:, :3] = velocity(analysis, X, np.repeat(own[:, 0], 3)).reshape(-1, 3)
+    start[:, :3] = initial_velocities(analysis, X, np.repeat(own[:, 0], 3)).reshape(-1, 3)
     start[:, 3:] = np.array(analysis.spin) @ axes
     where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
     return Dynamics(
@@ -158,7 +158,7 @@ def dynamics(
         integrator_of(analysis),
         analysis.tolerance,
         analysis.max_iterations,
-        linear=ChainSolver(),
+        linear=BandedLuSolver(),
         lagged=False,
         turning=RotationalInertia(chart, where, np.ascontiguousarray(own[:, 3:])),
     )
@@ -169,9 +169,9 @@ def _load_on_rotational_unknowns(load: Declared, energy: Energy, chart: RodChart
     if isinstance(energy, RodForces):
         return MovingRodForces(energy.forces)
     if isinstance(load.thing.action, TendonLoad):
-        from softmark.interpreter.models.beam.beam_tendons import moving_tendon
+        from softmark.interpreter.models.beam.beam_tendons import tendon_in_rotational_unknowns
 
-        return moving_tendon(energy, chart)
+        return tendon_in_rotational_unknowns(energy, chart)
     if isinstance(load.thing.action, Torque):
         from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingRodMoments
         from softmark.solvers.energies.rod_loads import RodMoments

@@ -116,7 +116,7 @@ class ViscoelasticBeam(Meshless):
         energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}
-        ring = vibrations.without_frequencies("frequencies of a viscoelastic beam are not available")
+        ring = vibrations.undefined_frequencies("frequencies of a viscoelastic beam are not available")
         seen = replace(
             solution,
             facts=facts,
@@ -144,7 +144,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     loads = [energy for _, energy in static.applied]
     assembly = Assembly(problem.assembly.dofs, problem.fixed, [static.elastic], loads)
     static = replace(static, problem=replace(problem, assembly=assembly))
-    g, tau = series_of(case.material)
+    g, tau = section_relaxation_series(case.material)
     memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
@@ -158,12 +158,12 @@ def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared
     static = build_static(model, declared, case)
     made = build_beam_dynamics(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
     rods: Any = made.problem.assembly.internal[0]
-    memories = BodyHistory((RodHistory.at_rest(rods, *series_of(case.material)),))
+    memories = BodyHistory((RodHistory.at_rest(rods, *section_relaxation_series(case.material)),))
     remembering = ViscoelasticStep(memories, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering))
 
 
-def series_of(material: Viscoelastic) -> tuple[Floats, Floats]:
+def section_relaxation_series(material: Viscoelastic) -> tuple[Floats, Floats]:
     """Return the relaxing fractions (k, 6) of the section stiffnesses, and their relaxation times (k,), s.
 
     The six stiffnesses are those of stretch, two shears, twist and two bendings.

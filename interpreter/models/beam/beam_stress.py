@@ -32,7 +32,7 @@ AROUND = 1e-9  # of the length: a point so little beyond the end counts as at th
 
 
 @dataclass(frozen=True)
-class Piece:
+class MemberAxisState:
     """Axis of one beam or frame member, straight or curved, with its state and its element forces.
 
     `stations` (k,), m, are the positions of its nodes along the axis; `rest` and `now` (k, 7) are their undeformed and
@@ -85,7 +85,7 @@ class SectionStresses(AnalyticField):
     nearest axis (n,).
     """
 
-    pieces: Sequence[Piece]
+    pieces: Sequence[MemberAxisState]
     case: Case
     nearest: Callable[[Floats], Any]
 
@@ -97,7 +97,7 @@ class SectionStresses(AnalyticField):
             six[here], H[here] = self._stress_and_displacement_gradient(self.pieces[number], X[here])
         return Tensors(six, H, False)
 
-    def _stress_and_displacement_gradient(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
+    def _stress_and_displacement_gradient(self, piece: MemberAxisState, X: Floats) -> tuple[Floats, Floats]:
         """Return the stress (n, 6), Pa, and the gradient du/dX (n, 9) at points X (n, 3), m, of one beam axis."""
         s, u, v = piece.shape.coordinates(X)
         carried, start, R = piece.carried(s)
@@ -155,7 +155,7 @@ def _section_sample_points(shape: Swept, stations: Floats) -> Floats:
     return np.concatenate(found)
 
 
-def lines_on(
+def element_line_loads(
     case: Case, shape: Swept, stations: Floats, covers: Callable[[LineForce], tuple[float, float] | None]
 ) -> Floats:
     """Return the line loads on each element (k - 1, 3), N/m: gravity and line forces.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
+from softmark.interpreter.models.beam.rigid_motions import AXES, rigid_motion_rows
 from softmark.interpreter.models.shared.support_constraints import Constraints
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import selects_whole_sections
@@ -68,12 +68,12 @@ def _support_constraints(case: Case, stations: Sequence[float], share: float) ->
         components = support.thing.components
         turns = _prevented_rotations(case.prism.axis, components)
         for node in np.flatnonzero(selects_whole_sections(support.thing.where, case.prism, tuple(stations))).tolist():
-            held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
+            held.rows.append(rigid_motion_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
             moved = support.thing.moved(points[node : node + 1], share)[0].tolist()
             for c in components:
                 held.impose(6 * node + c, moved[c], support, points[node], AXES[c])
-            for turn in _body_axes(case.prism.axis, turns):
+            for turn in _rotations_about_rod_axes(case.prism.axis, turns):
                 angle = share * float(axes[turn] @ np.array(support.thing.rotation))
                 held.impose(
                     6 * node + 3 + turn, angle, support, points[node], AXES[int(np.abs(axes[turn]).argmax())], True
@@ -90,14 +90,17 @@ def rotates_free_sections(case: Case, support: Declared) -> bool:
     return any(abs(support.thing.rotation[t]) > 0.0 for t in left)
 
 
-def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_]]:
+def held_dof_masks(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_]]:
     """Return a mask of the degrees of freedom that each support holds (nodes, 6), by name of the support."""
     found = {}
     for support in case.supports:
         components = support.thing.components
         own = [
             *components,
-            *(3 + t for t in _body_axes(case.prism.axis, _prevented_rotations(case.prism.axis, components))),
+            *(
+                3 + t
+                for t in _rotations_about_rod_axes(case.prism.axis, _prevented_rotations(case.prism.axis, components))
+            ),
         ]
         where = selects_whole_sections(support.thing.where, case.prism, tuple(stations))
         found[support.name] = np.outer(where, np.isin(np.arange(6), own))
@@ -116,7 +119,7 @@ def _prevented_rotations(axis: tuple[float, float, float], components: tuple[int
     return [t for t in range(3) if any(v[t] > 0.5 for v in taken)]
 
 
-def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
+def _rotations_about_rod_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
     """Return rotations about x, y, z as degrees of freedom about the axes e1, e2, e3 of a rod along `axis`."""
     if len(turns) == 3:
         return [0, 1, 2]

@@ -77,7 +77,7 @@ def _tendon_arms(first: Floats, last: Floats, winding: float, t: Floats) -> tupl
     return arms, slopes
 
 
-def moving_tendon(energy: Energy, chart: RodChart) -> Energy:
+def tendon_in_rotational_unknowns(energy: Energy, chart: RodChart) -> Energy:
     """Return the energy of a tendon in terms of rotational unknowns."""
     if isinstance(energy, RodTendons):
         from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import MovingRodTendons

@@ -12,7 +12,7 @@ ALIGNED = 1e-6  # tolerance of a direction that is described by an axis name
 LEVEL = 1e-9  # of the largest singular value: smaller ones count as zero
 
 
-def point_rows(points: Floats, components: tuple[int, ...]) -> Floats:
+def rigid_motion_rows(points: Floats, components: tuple[int, ...]) -> Floats:
     """Return the displacement `components` of `points` (n, 3) in six unit rigid motions (n len(components), 6).
 
     The columns are three translations followed by three rotations.

@@ -14,7 +14,7 @@ from softmark.interpreter.models.beam.load_lumping import lump_force, lump_line
 from softmark.interpreter.models.beam.tapered_sections import integrate_at_nodes, stiffnesses
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
-from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
+from softmark.interpreter.models.beam_frame.frame_displacements import FrameDisplacementField
 from softmark.interpreter.models.beam_frame.frame_layout import Layout
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import static_result
@@ -74,7 +74,7 @@ class PreparedNetwork(Meshless):
 
     def _make_solution(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
-        solution = static_result.solution_of(found, Shifts(self.layout, found.x))
+        solution = static_result.solution_of(found, FrameDisplacementField(self.layout, found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
             solution,
@@ -86,15 +86,15 @@ class PreparedNetwork(Meshless):
 
     def _section_stress_field(self, x: Floats) -> Any:
         """Return the stress field of the members' sections in a state x (n * 7,)."""
-        from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
+        from softmark.interpreter.models.beam.beam_stress import MemberAxisState, SectionStresses, element_line_loads
 
         layout, network, case = self.layout, self.layout.network, self.layout.case
         rest, now, ends = layout.rest.reshape(-1, 7), x.reshape(-1, 7), self.elastic.local_forces(x)
         ends, pieces = ends.reshape(len(network.members), -1, 12), []
         for i, member in enumerate(network.members):
             stations, nodes = layout.stations(i), layout.nodes(i)
-            lines = lines_on(case, member, stations, partial(_loaded_interval_of_member, network, i))
-            pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
+            lines = element_line_loads(case, member, stations, partial(_loaded_interval_of_member, network, i))
+            pieces.append(MemberAxisState(member, stations, rest[nodes], now[nodes], ends[i], lines))
         return SectionStresses(pieces, case, network.nearest)
 
     def _nodal_forces(self, x: Floats) -> NodalForces:
@@ -106,7 +106,7 @@ class PreparedNetwork(Meshless):
 
 def _loaded_interval_of_member(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
     """Return the stations, m, between which a line load acts on a member (counted from 0), else None."""
-    own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
+    own, first, last = frame_selection.locate_line_on_member(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None
 
 
@@ -175,7 +175,7 @@ def _load(layout: Layout, load: Declared) -> Energy:
             nodes, shares = lump_force(s, force, layout.stations(number))
             forces[layout.nodes(number)][nodes] += shares
         case LineForce(begin=begin, end=end, force=q):
-            number, first, last = frame_selection.line(layout.network, begin, end) or (0, 0.0, 0.0)
+            number, first, last = frame_selection.locate_line_on_member(layout.network, begin, end) or (0, 0.0, 0.0)
             forces[layout.nodes(number)] += np.outer(lump_line(first, last, layout.stations(number)), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"frames do not support loads of the type {type(unknown).__name__}")

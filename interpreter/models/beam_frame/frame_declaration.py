@@ -109,7 +109,7 @@ def _unsupported_load_errors(declared: Declared, case: Case, network: Network) -
                 field, reason = "at", "off the axes of the members"
             case LineForce(begin=begin, end=end) if begin == end:
                 field, reason = "from", "the line has no length"
-            case LineForce(begin=begin, end=end) if frame_selection.line(network, begin, end) is None:
+            case LineForce(begin=begin, end=end) if frame_selection.locate_line_on_member(network, begin, end) is None:
                 field, reason = "from", "not along the axis of one member"
             case MomentLoad() if isinstance(case.analysis, Dynamic):
                 field, reason = "where", "torques only in static analyses"

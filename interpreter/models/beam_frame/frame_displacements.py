@@ -11,7 +11,7 @@ from softmark.solvers.energies.rod_state import displacement_at
 
 
 @dataclass(frozen=True)
-class Shifts:
+class FrameDisplacementField:
     """Displacement field of a frame in a state x (n * 7,): positions and quaternions of its nodes."""
 
     layout: Layout

@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.beam_dynamics import MovingBeam, dynamics
-from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
+from softmark.interpreter.models.beam_frame.frame_displacements import FrameDisplacementField
 from softmark.interpreter.models.beam_frame.frame_layout import Layout
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
@@ -30,10 +30,10 @@ class MovingNetwork(MovingBeam):
 
     layout: Layout | None = None
 
-    def _displacement_field(self, x: Floats) -> Shifts:
+    def _displacement_field(self, x: Floats) -> FrameDisplacementField:
         """Return the displacement field of the frame in a state x (nodes * 7,)."""
         assert self.layout is not None
-        return Shifts(self.layout, x)
+        return FrameDisplacementField(self.layout, x)
 
 
 def build_frame_dynamics(

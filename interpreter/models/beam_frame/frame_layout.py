@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
+from softmark.interpreter.models.beam.rigid_motions import AXES, rigid_motion_rows
 from softmark.interpreter.models.beam.tapered_sections import inertia, integrate_at_nodes
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.shared.support_constraints import Constraints
@@ -128,7 +128,9 @@ class Layout:
         frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
         found: Floats = frames[self.first].copy()
         own = np.zeros((self.count, 3, 3))
-        np.add.at(own, self.point_of_node, np.einsum("nik,nk,njk->nij", frames, self._nodal_mass_and_inertia[1], frames))
+        np.add.at(
+            own, self.point_of_node, np.einsum("nik,nk,njk->nij", frames, self._nodal_mass_and_inertia[1], frames)
+        )
         several = np.bincount(self.point_of_node) > 1
         found[several] = np.linalg.eigh(own[several])[1]
         found[several, :, 0] *= np.sign(np.linalg.det(found[several]))[:, None]
@@ -197,7 +199,7 @@ class Layout:
             moved = support.thing.displacement
             for i in np.flatnonzero(mask.any(axis=1)).tolist():
                 components = tuple(np.flatnonzero(mask[i, :3]).tolist())
-                held.rows.append(point_rows(self.X[i : i + 1] - held.centre, components))
+                held.rows.append(rigid_motion_rows(self.X[i : i + 1] - held.centre, components))
                 turns = np.flatnonzero(mask[i, 3:])
                 held.rows.append(np.hstack([np.zeros((len(turns), 3)), self.axes[i].T[turns]]) * size)
                 for c in components:

@@ -65,7 +65,7 @@ def locate_on_member(network: Network, point: Vector3) -> tuple[int, float] | No
     return None
 
 
-def line(network: Network, begin: Vector3, end: Vector3) -> tuple[int, float, float] | None:
+def locate_line_on_member(network: Network, begin: Vector3, end: Vector3) -> tuple[int, float, float] | None:
     """Return the member along whose axis a line runs (counted from 0), and the stations of its ends, m; else None."""
     for i, member in enumerate(network.members):
         first, last = on_axis(member, begin), on_axis(member, end)

@@ -14,7 +14,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.external import external_process
 from softmark.interpreter.models.external.adapters import adapter
-from softmark.interpreter.models.external.exporters.named_parts import named_of
+from softmark.interpreter.models.external.exporters.named_parts import collect_named_parts
 from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.external.external_dynamics import dynamic_solution, motion_of, times_of
 from softmark.interpreter.models.external.external_problem import (
@@ -24,7 +24,7 @@ from softmark.interpreter.models.external.external_problem import (
     NoAnswer,
     Problem,
 )
-from softmark.interpreter.models.external.external_process import End
+from softmark.interpreter.models.external.external_process import ProgramEnd
 from softmark.interpreter.models.external.external_program import GB, ExternalModel
 from softmark.interpreter.models.external.problem_transfer import NotTransferable, problem_of
 from softmark.interpreter.models.fem import fem_builder as fem
@@ -61,7 +61,7 @@ NOT_KNOWN = "an external program solved it, and its tangent stiffness is not ava
 
 
 @dataclass(frozen=True)
-class PreparedOutside:
+class PreparedExternalModel:
     """Static model that an external program solves.
 
     `solid` is softmark's own finite element model on the same mesh. It defines the problem and checks the results.
@@ -111,18 +111,22 @@ class PreparedOutside:
         """Compile or load the code that checks the results, before timing starts."""
         self.solid.warm()
 
-    def after(self, before: DeformedMesh) -> PreparedOutside:
+    def after(self, before: DeformedMesh) -> PreparedExternalModel:
         """Return the model itself, because it always starts from rest."""
         return self
 
     def asked(self) -> Problem:
         """Return the problem that the program solves. Raises NotTransferable, Fault."""
         problem = problem_of(self.solid, self.case)
-        return replace(problem, named=named_of(self.solid, self.case)) if self.model.program_entry.by_name else problem
+        return (
+            replace(problem, named=collect_named_parts(self.solid, self.case))
+            if self.model.program_entry.by_name
+            else problem
+        )
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Return the program's displacements (n, 3), m, at full load. Raises NoAnswer if they are invalid."""
-        found: Floats = states(answer, problem, len(problem.shares))[-1]
+        found: Floats = checked_states(answer, problem, len(problem.shares))[-1]
         return found
 
     def solve(self, watch: Watch) -> Solution:
@@ -162,7 +166,7 @@ class PreparedOutside:
         known |= {} if answer.iterations is None else {"iterations": answer.iterations}
         return replace(self._make_checked_solution(answer, u, problem, known), spent=spent)
 
-    def _read_answer(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
+    def _read_answer(self, program: Any, problem: Problem, folder: Path, end: ProgramEnd) -> tuple[Answer, Floats]:
         """Return the results of a program and their displacements.
 
         Raises NoAnswer or ExternalNotConverged, also if the program ended with a failure.
@@ -248,11 +252,11 @@ class PreparedOutside:
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}
         facts |= {"criterion": "residual of the program's displacements in softmark's equations"}
-        return replace(found, facts=facts, vibrations=vibrations.without_frequencies(NOT_KNOWN))
+        return replace(found, facts=facts, vibrations=vibrations.undefined_frequencies(NOT_KNOWN))
 
 
 @dataclass(frozen=True)
-class PreparedExternalDynamics(PreparedOutside):
+class PreparedExternalDynamics(PreparedExternalModel):
     """Dynamic analysis by an external program; `solid` is our static model, which has the mesh and the loads."""
 
     motion: Motion
@@ -270,7 +274,7 @@ class PreparedExternalDynamics(PreparedOutside):
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Return the displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if they are invalid."""
-        return states(answer, problem, len(self.motion.after))
+        return checked_states(answer, problem, len(self.motion.after))
 
     def _make_checked_solution(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
         """Return the solution after checking that the program's displacements satisfy the supports.
@@ -293,7 +297,7 @@ class PreparedExternalDynamics(PreparedOutside):
         return fields_of_motion(self.mesh, times_of(self.motion), u)
 
 
-def states(answer: Answer, problem: Problem, count: int) -> Floats:
+def checked_states(answer: Answer, problem: Problem, count: int) -> Floats:
     """Return the displacements (count, n, 3), m, of the requested states. Raises NoAnswer if they are invalid."""
     u = np.asarray(answer.u)
     wanted = (count, *problem.points.shape)
@@ -305,7 +309,7 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
     return found
 
 
-def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
+def elapsed_time(answer: Answer, end: ProgramEnd, threads: int) -> ElapsedTime:
     """Return the solution time of a program, measured by its own clock if it has one.
 
     Otherwise its total time, or the time of its process, is an upper bound.
@@ -334,7 +338,7 @@ def prepare(model: ExternalSolver, declared: Declared, case: Case, workshop: Bui
     if isinstance(case.analysis, Dynamic):
         return cast(Prepared, build_external_dynamics(model, declared, case, workshop))
     solid, _ = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
-    return cast(Prepared, PreparedOutside(model, declared, case, solid))
+    return cast(Prepared, PreparedExternalModel(model, declared, case, solid))
 
 
 def build_external_dynamics(

@@ -140,7 +140,7 @@ class ExternalSolver(ExternalModel):
         """Return the features of the scene that the program cannot compute exactly, with reasons."""
         moves = bool(self.program_entry.moves)
         return [
-            *problem_transfer.reasons(self.solid, case, moves),
+            *problem_transfer.untransferable_features(self.solid, case, moves),
             *self._features_excluded_by_program(case),
             *self.invalid_step_options(case),
         ]

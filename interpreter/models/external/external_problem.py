@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -100,7 +100,7 @@ class Problem:
     values_of_states: tuple[float, ...] = ()  # values of states, such as 0.125; may be empty
     motion: Motion | None = None
     section: Section | None = None
-    named: Named | None = None  # named parts, for a program that receives loads by name
+    named: NamedParts | None = None  # named parts, for a program that receives loads by name
 
     @property
     def is_held(self) -> NDArray[np.bool_]:

@@ -49,7 +49,7 @@ _MEMORY = re.compile(
 
 
 @dataclass(frozen=True)
-class End:
+class ProgramEnd:
     """Ending of an external program: how it ended, its wall time and CPU time, s, and the last lines of its output."""
 
     how: How
@@ -78,7 +78,7 @@ def run(
     threads: int = 1,
     most: int = MOST,
     environment: Mapping[str, str] | None = None,
-) -> End:
+) -> ProgramEnd:
     """Run a command in a folder within limits, and return how it ended.
 
     `seconds` limits wall time and `memory` the bytes of address space. Standard input is empty. Standard output and
@@ -95,7 +95,7 @@ def run(
             env=_environment(folder, threads, environment, mark), start_new_session=True,
         )  # fmt: skip
     except (OSError, ValueError) as error:
-        return End("unstarted", None, 0.0, None, (), f"it could not be started ({error})")
+        return ProgramEnd("unstarted", None, 0.0, None, (), f"it could not be started ({error})")
     try:
         how, status, usage = _wait_for_end(child, folder / LOG, begin + seconds, most)
     finally:
@@ -186,7 +186,7 @@ def find_stray_processes(mark: str) -> list[int]:
 def _make_ending(
     how: How, code: int | None, wall: float, cpu: float | None, last: tuple[str, ...],
     limits: tuple[float, float, int],
-) -> End:  # fmt: skip
+) -> ProgramEnd:  # fmt: skip
     """Return the ending of a program with its description; lack of memory or CPU time differs from other failures."""
     seconds, memory, most = limits
     if how == "done" and code != 0:
@@ -199,7 +199,7 @@ def _make_ending(
         "out_of_memory": lambda: f"it ran out of memory (limit {memory / 1e9:.3g} GB)",
         "died": lambda: describe_exit_status(code or 0),
     }
-    return End(how, code, wall, cpu, last, why[how]())
+    return ProgramEnd(how, code, wall, cpu, last, why[how]())
 
 
 def describe_exit_status(code: int) -> str:

@@ -39,20 +39,20 @@ class NotTransferable(Exception):
         self.reasons = reasons
 
 
-def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+def untransferable_features(model: Any, case: Case, moves: bool = False) -> list[Reason]:
     """Return the features of a model and its case that a `Problem` cannot express, with reasons.
 
     `moves` is true for a program that integrates in time.
     """
-    found = reasons_of_mesh(model, case, moves)
+    found = untransferable_case_features(model, case, moves)
     return (
-        [*_untransferable_model_features(model), *found, *reasons_of_loads(model, case)]
+        [*_untransferable_model_features(model), *found, *untransferable_loads(model, case)]
         if isinstance(model, Fem)
         else found
     )
 
 
-def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+def untransferable_case_features(model: Any, case: Case, moves: bool = False) -> list[Reason]:
     """Return features of the analysis, body and supports that a `Problem` cannot express, with reasons.
 
     They exclude every program.
@@ -152,7 +152,7 @@ def _unsupported_supports(case: Case) -> Iterator[Reason]:
         yield f"contact `{name}`", "the exchange format has one body without contact"
 
 
-def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
+def untransferable_loads(model: Fem, case: Case) -> Iterator[Reason]:
     """Yield the loads that cannot be transferred, with reasons: those that follow the deformed surface."""
     for load in case.loads:
         action = load.thing.action
@@ -171,7 +171,9 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
 
     from softmark.interpreter.models.external.external_problem import Problem
 
-    if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
+    if found := (untransferable_case_features if mesh else untransferable_features)(
+        prepared.model, case, motion is not None
+    ):
         raise NotTransferable(found)
     stuff = _transfer_material if motion is None else _material_by_moduli
     made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)

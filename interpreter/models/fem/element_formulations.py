@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.energies.energy import Energy
-    from softmark.solvers.linear.linear_solver import Linear
-    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.linear.linear_solver import LinearSolverOptions
+    from softmark.solvers.mesh.element_interpolation import IntegrationPoints
     from softmark.solvers.mesh.mesh import Mesh
 
     Floats = NDArray[np.float64]
@@ -46,11 +46,15 @@ def check_formulation(model: Fem, declared: Declared, case: Case) -> list[Diagno
         *_formulation_errors(model, case),
         *_incompressible_material_errors(model, declared, case),
     ):
-        found.append(diagnostic(code, declared.at(field), problem, for_plane(model, label), for_plane(model, help)))
+        found.append(
+            diagnostic(
+                code, declared.at(field), problem, name_plane_elements(model, label), name_plane_elements(model, help)
+            )
+        )
     return found
 
 
-def for_plane(model: Fem, text: str) -> str:
+def name_plane_elements(model: Fem, text: str) -> str:
     """Replace 3D elements in a help text by plane ones if the model uses plane elements."""
     if model.element not in PLANE:
         return text
@@ -145,7 +149,9 @@ class EnergyFactory(Protocol):
     The corotational energy helps the solver to start.
     """
 
-    def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
+    def __call__(
+        self, model: Fem, case: Case, mesh: Mesh, parts: IntegrationPoints
+    ) -> tuple[Energy, Energy | None]: ...
 
 
 def energies_of_regions(
@@ -176,7 +182,7 @@ def _number_pressures(energies: list[Energy]) -> list[Energy]:
     return found
 
 
-def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
+def energies(model: Fem, case: Case, mesh: Mesh, parts: IntegrationPoints) -> tuple[Energy, Energy | None]:
     """Return the energy of a mixed or mean dilatation formulation, and a corotational energy for finite strain."""
     if case.porous:
         return _convert_to_axisymmetric(_porous(model, case, mesh, parts), case, mesh, parts), None
@@ -184,7 +190,7 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
     return energy, _energy(model, case, mesh, parts, "corotational") if model.strain == "finite" else None
 
 
-def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str) -> Energy:
+def _energy(model: Fem, case: Case, mesh: Mesh, parts: IntegrationPoints, strain: str) -> Energy:
     """Return the energy of a mixed or mean dilatation formulation."""
     from softmark.solvers.assembly.mixed_elements import mixed_energy
     from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
@@ -203,7 +209,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     return _convert_to_axisymmetric(made, case, mesh, parts)
 
 
-def _convert_to_axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+def _convert_to_axisymmetric(made: Any, case: Case, mesh: Mesh, parts: IntegrationPoints) -> Energy:
     """Return the energy of a plane section, converted to a body of revolution if the case is axisymmetric."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
@@ -213,7 +219,7 @@ def _convert_to_axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integrati
     return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
 
 
-def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+def _porous(model: Fem, case: Case, mesh: Mesh, parts: IntegrationPoints) -> Energy:
     """Return the energy of a poroelastic solid before any fluid has moved."""
     from softmark.solvers.assembly.taylor_hood import poroelastic_energy
     from softmark.solvers.materials import law_for
@@ -224,7 +230,7 @@ def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
     return poroelastic_energy(mesh, parts, pair, _mean(case.material.shear_modulus, parts.w), case.material, not small)
 
 
-def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
+def _volumes(case: Case, mesh: Mesh, parts: IntegrationPoints) -> Floats:
     """Return the volumes of integration points (m, q), m^3; for a body of revolution, in proportion to whole rings."""
     return parts.w * parts.at_points(mesh.points[mesh.cells, 0]) if case.depth else parts.w
 
@@ -345,7 +351,7 @@ def must_determine_pressure(
                             f"pressure in `{declared.name}` is undetermined", "no room to deform", help)  # fmt: skip
 
 
-def saddle_point_solver(choice: Linear, assembly: Assembly) -> Linear:
+def saddle_point_solver(choice: LinearSolverOptions, assembly: Assembly) -> LinearSolverOptions:
     """Return a linear solver that can solve saddle point systems if the assembly has pressures; else the given one."""
     import numpy as np
 

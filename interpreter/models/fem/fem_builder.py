@@ -36,7 +36,7 @@ from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_solid
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.support_constraints import solid_supports
-from softmark.interpreter.models.shared.support_selection import held_notes
+from softmark.interpreter.models.shared.support_selection import support_selection_warnings
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -51,11 +51,11 @@ from softmark.solvers.linear import factorisations, linear_solver
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar_decomposition import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.model_reduction.cell_energies import fields_of_cells
 from softmark.solvers.statics.residual_forces import resultant_on
-from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Equilibrium, LinearSolverOptions, Statics, equilibrium
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.friction_history import Past
@@ -106,7 +106,9 @@ class PreparedSolid(MeshBasedModel):
         entries = len(self.problem.assembly.pattern.indices)
         with factorisations.warm_up_in_parallel(entries):
             self._warm_cells()
-        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+        if entries >= factorisations.LARGE or self.problem.linear != LinearSolverOptions(
+            modes=self.problem.linear.modes
+        ):
             linear_solver.warm_up(self.problem.linear, self.problem.rest.dtype)
         if self.first is not None:
             self.first.prepared.warm()
@@ -185,7 +187,7 @@ class PreparedSolid(MeshBasedModel):
         """Return the solution of an equilibrium, with functions for its results."""
         u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
         solution = static_result.solution_of(found, displacement_of(self.mesh, u))
-        facts = solution.facts | mesh_notes.mesh_facts(self.mesh) | self_intersections.crossings(self.beds, x)
+        facts = solution.facts | mesh_notes.mesh_facts(self.mesh) | self_intersections.count_intersections(self.beds, x)
         facts |= interaction_setup.rigid_body_report(self, facts.pop("pressed", None))
         beside = interaction_setup.contacts_at_equilibrium(self, found)
         kept, adrift = interaction_setup.describe_free_motions(self, beside, x)
@@ -205,13 +207,13 @@ class PreparedSolid(MeshBasedModel):
             interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear
         )
         if not found.solved:
-            modes = vibrations.without_frequencies("it was stopped before it reached equilibrium")
+            modes = vibrations.undefined_frequencies("it was stopped before it reached equilibrium")
         elif adrift:
-            modes = vibrations.without_frequencies(f"no restoring force acts: it is free to {adrift}")
+            modes = vibrations.undefined_frequencies(f"no restoring force acts: it is free to {adrift}")
         elif "rigid" in facts:
-            modes = vibrations.without_frequencies("a force-driven rigid body would move with it")
+            modes = vibrations.undefined_frequencies("a force-driven rigid body would move with it")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
-            modes = vibrations.without_frequencies(
+            modes = vibrations.undefined_frequencies(
                 "in small strain loads do not change the tangent stiffness: remove the loads, or use "
                 "another strain measure"
             )
@@ -319,7 +321,12 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
     from softmark.interpreter.models.shared.solid_dynamics import build_solid_dynamics
 
-    known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.amplitude_scaled_energies)
+    known = (
+        static.mesh,
+        mass_of(model, case, static.mesh, parts),
+        static.problem.assembly.internal,
+        static.amplitude_scaled_energies,
+    )
     return include_free_rigid_bodies(
         build_solid_dynamics(static, declared, case, *known, static.problem, len(static.muscles)), case
     )
@@ -327,7 +334,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 
 def build_static(
     model: Fem, declared: Declared, case: Case, workshop: BuildContext, mesh: Mesh | None = None
-) -> tuple[PreparedSolid, Integration]:
+) -> tuple[PreparedSolid, IntegrationPoints]:
     """Return the static model of a case and the integration over its mesh. Raises Fault.
 
     The mesh is generated unless it is given.
@@ -337,7 +344,7 @@ def build_static(
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
     each = sample_regions(regions_by_material(case, mesh, parts), model.formulation != "displacement")
     element_formulations.must_be_compressible(declared, each)
-    passive, tensions = muscles(each)
+    passive, tensions = separate_muscles(each)
     internal, twins = element_formulations.energies_of_regions(model, passive, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
     must_be_mirrored(each)
@@ -366,7 +373,7 @@ def build_static(
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
-        linear=element_formulations.saddle_point_solver(Linear(), assembly),
+        linear=element_formulations.saddle_point_solver(LinearSolverOptions(), assembly),
         resultant=unknowns.extend_function(resultant_on(mesh.points)),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
@@ -375,7 +382,7 @@ def build_static(
         *mesh_notes.volume_note(declared, case, mesh),
         *mesh_notes.sliver_note(declared, shape, mesh),
         *mesh_notes.filled_notes(declared, case, mesh),
-        *held_notes(declared, case, mesh),
+        *support_selection_warnings(declared, case, mesh),
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
@@ -384,7 +391,7 @@ def build_static(
     return made, parts
 
 
-def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
+def separate_muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
     """Return the regions with the passive law of each muscle, and the active energy of each muscle.
 
     An active energy is defined over all cells of the body.
@@ -412,7 +419,7 @@ def apply_options(
     """
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
-    choice = Linear(model.linear, model.precision, model.max_linear_iterations, reuse, modes)
+    choice = LinearSolverOptions(model.linear, model.precision, model.max_linear_iterations, reuse, modes)
     choice = element_formulations.saddle_point_solver(choice, problem.assembly)
     problem = replace(problem, cap=model.max_iterations, linear=choice)
     if model.precision == "single":
@@ -437,7 +444,7 @@ def inversion_test(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
     return sound
 
 
-def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elastic:
+def elastic_of(case: Case, mesh: Mesh, parts: IntegrationPoints, strain: str) -> Elastic:
     """Return the elastic energy of a case at quadrature points; axisymmetric for a body of revolution."""
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, strain))
     if not case.depth:
@@ -447,7 +454,7 @@ def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elast
     return AxisymmetricElastic.of(elastic, parts.N, mesh.points, case.depth)
 
 
-def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
+def energies(model: Fem, case: Case, mesh: Mesh, parts: IntegrationPoints) -> tuple[Energy, Energy | None]:
     """Return the elastic energy that a model requests and, for a finite-strain law, a corotational energy."""
     if model.formulation != "displacement" or case.porous:
         return element_formulations.energies(model, case, mesh, parts)
@@ -485,7 +492,7 @@ def _initial_stiffness(e: Elastic, rest: Floats) -> Floats:
     return K
 
 
-def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
+def mass_of(model: Fem, case: Case, mesh: Mesh, parts: IntegrationPoints) -> Any:
     """Return the mass matrix of a model, kg: sparse (3n, 3n) if it is consistent, else its diagonal (3n,)."""
     return _mass(model, regions_by_material(case, mesh, parts))
 

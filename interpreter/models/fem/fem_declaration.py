@@ -253,7 +253,7 @@ class Fem(HasMaterial, Model):
             self.locking(declared, case),
             self._large_rotation_warning(declared, case),
         ]
-        found += options.explicit(self, declared, case)
+        found += options.explicit_integrator_errors(self, declared, case)
         found += [
             *options.check_options(self, declared, case),
             *element_formulations.check_formulation(self, declared, case),
@@ -276,7 +276,7 @@ class Fem(HasMaterial, Model):
 
     def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about the model that provides the initial guess."""
-        return options.check_start(scene, declared, case)
+        return options.check_initial_guess(scene, declared, case)
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return an error unless the scene states exactly one of `size` and `mesh`, else None.
@@ -327,7 +327,7 @@ class Fem(HasMaterial, Model):
         cure = (
             "use `formulation = mixed`"
             if element.pressures == "corners"
-            else element_formulations.for_plane(self, element_formulations.FREE)
+            else element_formulations.name_plane_elements(self, element_formulations.FREE)
         )
         return diagnostic(
             "W301",

@@ -56,7 +56,7 @@ def _make_mesh(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
     from softmark.interpreter.problem import mesh_group_conditions
 
     mesh = shape.mesh_with_groups(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
-    mesh_group_conditions.check(case.groups, mesh)
+    mesh_group_conditions.check_mesh_groups(case.groups, mesh)
     return mesh
 
 

@@ -96,7 +96,10 @@ class PreparedViscoelastic(MeshBasedModel):
     @property
     def muscle_energies(self) -> list[Energy]:
         """Active energies of muscles at the present time, each separately."""
-        return [energy for _, energy in self.timed.acting(self.static.amplitude_scaled_energies, self._now)[len(self.case.loads) :]]
+        return [
+            energy
+            for _, energy in self.timed.acting(self.static.amplitude_scaled_energies, self._now)[len(self.case.loads) :]
+        ]
 
     @property
     def size(self) -> dict[str, int]:
@@ -183,7 +186,7 @@ class PreparedViscoelastic(MeshBasedModel):
         moved = MeshWithHistory(
             static.mesh, u, pressures=pressures, left=left, past=self._displacement_history(state), aged=state
         )
-        ring = vibrations.without_frequencies("frequencies of a viscoelastic body are not available")
+        ring = vibrations.undefined_frequencies("frequencies of a viscoelastic body are not available")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
         return replace(seen, carried=cache(lambda: self._nodal_forces(state, x, stored, lost)))
 
@@ -236,13 +239,13 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     memories, old = _energies_with_history(model, static), problem.assembly
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
-    owners = owners_of(whole, static.mesh, workshop, problem.fixed)
+    owners = support_of_each_dof(whole, static.mesh, workshop, problem.fixed)
     return PreparedViscoelastic(
         static, case, memories, AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, problem.target)
     )
 
 
-def owners_of(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> list[Declared]:
+def support_of_each_dof(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> list[Declared]:
     """Return the support that imposes each of the held degrees of freedom `fixed` (c,)."""
     held = held_values(case, mesh, workshop.measured)
     return [held[dof][1] for dof in fixed.tolist()]

@@ -15,7 +15,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem.fem_builder import build_static
-from softmark.interpreter.models.fem.fem_relaxation import PreparedViscoelastic, owners_of
+from softmark.interpreter.models.fem.fem_relaxation import PreparedViscoelastic, support_of_each_dof
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.models.shared.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
@@ -29,7 +29,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.poroelastic import INNER, PoreFluid, PoroelasticSolid, find_pore_fluid
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory
-from softmark.solvers.linear.linear_solver import Linear
+from softmark.solvers.linear.linear_solver import LinearSolverOptions
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh, facet_areas
 from softmark.solvers.statics.quasistatic_history import InstantLoading, StateInTime
@@ -85,9 +85,13 @@ class PreparedPoroelastic(PreparedViscoelastic):
     def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution with fluid results; its status is not converged if the fluid balance is violated."""
         solution, pores = PreparedViscoelastic._finish(self, found, state), find_pore_fluid(state.memories)
-        shown = {"balance": pores.fluid_balance_error, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
-                 "smallest_step_s": self.smallest,
-                 "unresolved": pores.unresolved}  # fmt: skip
+        shown = {
+            "balance": pores.fluid_balance_error,
+            "moved_m3": pores.moved + pores.passed,
+            "outflow_m3": self._outflows(pores),
+            "smallest_step_s": self.smallest,
+            "unresolved": pores.unresolved,
+        }
         facts = solution.facts | {"fluid": shown}
         if pores.fluid_balance_error <= BALANCED:
             moved: Any = solution.mesh
@@ -95,7 +99,8 @@ class PreparedPoroelastic(PreparedViscoelastic):
             return replace(
                 solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._flow_resolution_warnings(pores))
             )
-        reason = f"the fluid volume is not conserved: {pores.fluid_balance_error:.1e} of the fluid that moved is lost or gained"
+        error = pores.fluid_balance_error
+        reason = f"the fluid volume is not conserved: {error:.1e} of the fluid that moved is lost or gained"
         return Solution("not_converged", reason, facts)
 
     def _flow_resolution_warnings(self, pores: PoreFluid) -> Iterator[Diagnostic]:
@@ -154,9 +159,9 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     memories = BodyHistory((PoreFluid.at_rest(own, which), *static.beds.values()))
     loads = static.unknowns.loads([energy for _, energy in static.amplitude_scaled_energies])
     assembly = Assembly(old.dofs, fixed, memories.energies, loads, old.points)
-    linear = replace(element_formulations.saddle_point_solver(Linear(), assembly), halved=True)
+    linear = replace(element_formulations.saddle_point_solver(LinearSolverOptions(), assembly), halved=True)
     tolerance = min(problem.tolerance, TIGHT)
-    owners = [*owners_of(whole, static.mesh, workshop, problem.fixed), *(held[b] for b in places.tolist())]
+    owners = [*support_of_each_dof(whole, static.mesh, workshop, problem.fixed), *(held[b] for b in places.tolist())]
     problem = replace(problem, assembly=assembly, fixed=fixed, target=target, twin=None, linear=linear,
                       tolerance=tolerance)  # fmt: skip
     static = replace(static, problem=problem)

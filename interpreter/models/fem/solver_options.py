@@ -139,7 +139,7 @@ def _check_dynamics(model: Fem, case: Case) -> Iterator[Clash]:
             yield field, f"`{field}` is only for static analyses: {steps}", "not in a dynamic analysis", help
 
 
-def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+def explicit_integrator_errors(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors for an explicit integrator with a consistent mass matrix or with dashpots."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or not analysis.explicit:
@@ -234,7 +234,7 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
         yield "linear", problem, "not installed", f"run `{help}`, or remove `linear`"
 
 
-def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+def check_initial_guess(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors about the model whose solution is the initial guess."""
     if declared.thing.initial_guess is None:
         return []

@@ -16,7 +16,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
 from softmark.interpreter.models.imported_results.matching_error import Unmatched
 from softmark.interpreter.models.imported_results.missing_points import find_missing_points
-from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, Matched, match_points
+from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, MatchedResults, match_points
 from softmark.interpreter.models.imported_results.readers import read
 from softmark.interpreter.models.imported_results.readers.result_frames import describe_count
 from softmark.interpreter.models.imported_results.result_file import ResultFile
@@ -64,7 +64,7 @@ class PreparedResults(Meshless):
 
     declared: Declared
     case: Case
-    found: Matched
+    found: MatchedResults
     body: Floats
     times: Floats | None
     u: Floats
@@ -164,10 +164,12 @@ def _read(declared: Declared, field: str) -> ResultFile:
         raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
 
 
-def _match_file_to_body(model: Results, declared: Declared, case: Case) -> tuple[Matched, ResultFile]:
+def _match_file_to_body(model: Results, declared: Declared, case: Case) -> tuple[MatchedResults, ResultFile]:
     """Return the result file matched to the body, and the content of the file. Raises Fault."""
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
-    nodes: Mesh | None = download_shape(case.shape, declared.at("by")).mesh_with_groups() if model.by == "nodes" else None
+    nodes: Mesh | None = (
+        download_shape(case.shape, declared.at("by")).mesh_with_groups() if model.by == "nodes" else None
+    )
     try:
         depth = case.body.thing.thickness if case.planar else None
         return match_points(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
@@ -191,7 +193,7 @@ def _unused_content(told: ResultFile, case: Case) -> list[str]:
 
 
 def _times_and_displacements(
-    declared: Declared, case: Case, found: Matched
+    declared: Declared, case: Case, found: MatchedResults
 ) -> tuple[Floats | None, Floats, dict[str, Any]]:
     """Return the times of a motion (t,), s, the requested displacements (t, n, 3), m, and a report. Raises Fault.
 
@@ -219,7 +221,7 @@ def _times_and_displacements(
     )
 
 
-def _interpolate_to_duration(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
+def _interpolate_to_duration(declared: Declared, found: MatchedResults, duration: float) -> tuple[Floats, Floats]:
     """Return times (t,), s, and displacements (t, n, 3), m, up to the end of a motion. Raises Fault.
 
     The last state is interpolated linearly at the `duration`, s.
@@ -293,7 +295,7 @@ def _matching_tolerance(model: Any, body: Floats) -> float:
 
 
 def _compare_with_body(
-    model: Results, declared: Declared, case: Case, place: ProbePoints, found: Matched
+    model: Results, declared: Declared, case: Case, place: ProbePoints, found: MatchedResults
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
     """Return a report of how the file matches the body, and warnings about differences. Raises Fault.
 
@@ -332,7 +334,7 @@ def _compare_with_body(
     return told, (note,)
 
 
-def _one_sided_distances(found: Matched, body: Floats) -> tuple[float, float]:
+def _one_sided_distances(found: MatchedResults, body: Floats) -> tuple[float, float]:
     """Return the largest distance, m, of the body's surface outside the file's points, and vice versa.
 
     `body` (n, 3), m, are points of the surface; file points are compared with its bounding box. Both distances are zero
@@ -345,7 +347,7 @@ def _one_sided_distances(found: Matched, body: Floats) -> tuple[float, float]:
 
 
 def _outside_error(
-    model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float
+    model: Results, declared: Declared, case: Case, found: MatchedResults, body: Floats, most: float
 ) -> Diagnostic:
     """Return the error for a body that extends beyond the file's points; it names a unit that would fit, if any."""
     spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))

@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.imported_results.point_matching import Matched
+from softmark.interpreter.models.imported_results.point_matching import MatchedResults
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.probe_points import ProbePoints, points_throughout
@@ -22,7 +22,7 @@ WRITE = "displacements are interpolated linearly there: write all points, or a f
 
 
 def find_missing_points(
-    declared: Declared, case: Case, place: ProbePoints, found: Matched
+    declared: Declared, case: Case, place: ProbePoints, found: MatchedResults
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
     """Return the report and the warnings about missing points of a table.
 

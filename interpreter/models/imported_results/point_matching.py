@@ -40,7 +40,7 @@ OTHERS = (
 
 
 @dataclass(frozen=True)
-class Matched:
+class MatchedResults:
     """Undeformed points `X` (n, 3), m, of a result file, and their displacements `u` (t, n, 3), m.
 
     `times` (t,), s, are those of the states, if known. `mesh` connects the points; None if there are only points.
@@ -167,7 +167,7 @@ def match_points(
     nodes: Mesh | None,
     depth: float | None = None,
     wired: bool = False,
-) -> Matched:
+) -> MatchedResults:
     """Return a result file matched to a body by the name of its displacements, by `position`, or by node numbers.
 
     `nodes` is the body's mesh for matching by node numbers. `depth`, m, is the thickness of a plane body, None for
@@ -181,16 +181,16 @@ def match_points(
         if len(X) != len(nodes.points):
             reason = f"it has {len(X)} points, but the mesh of the body has {len(nodes.points)} nodes"
             raise Unmatched(reason, "write `by = place`, or name the file of the solved mesh")
-        return Matched(nodes.points, unit * u, times, nodes, name)
+        return MatchedResults(nodes.points, unit * u, times, nodes, name)
     if depth is not None and (made := slice_of(unit * X, told, depth)) is not None:
         slab, which = made
-        return Matched(slab.points, unit * u[:, which], times, slab, name, flat=True)
+        return MatchedResults(slab.points, unit * u[:, which], times, slab, name, flat=True)
     mesh = None if wired else _mesh(unit * X, told)
     if depth is not None:
         must_be_one_layer(unit * X, mesh)
     if mesh is None:
         _must_be_unique(X, u)
-    return Matched(unit * X, unit * u, times, mesh, name, depth is not None, wired)
+    return MatchedResults(unit * X, unit * u, times, mesh, name, depth is not None, wired)
 
 
 def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[str, Floats, Floats]:

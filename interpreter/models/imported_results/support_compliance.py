@@ -20,7 +20,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.imported_results.point_matching import Floats, Matched
+from softmark.interpreter.models.imported_results.point_matching import Floats, MatchedResults
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.probe_points import ProbePoints, surface_points
 from softmark.interpreter.problem.surface_selection.selected_pieces import selected_points
@@ -53,12 +53,14 @@ class SupportCompliance:
     times: float
 
 
-def check_supports(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
+def check_supports(case: Case, place: ProbePoints, found: MatchedResults, u: Floats) -> list[SupportCompliance]:
     """Return the compliance with each support that can be checked, from displacements u (n, 3), m, at the end."""
     return list(_support_compliances(case, place, found, u)) if found.can_interpolate else []
 
 
-def _support_compliances(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[SupportCompliance]:
+def _support_compliances(
+    case: Case, place: ProbePoints, found: MatchedResults, u: Floats
+) -> Iterator[SupportCompliance]:
     """Yield the compliance with each support that can be checked."""
     for support in case.named_supports:
         thing = support.thing
@@ -93,7 +95,7 @@ def _final_amplitude(case: Case, thing: Any) -> float:
     return float(thing.amplitude.at(case.analysis.duration))
 
 
-def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
+def _fully_interpolated(found: MatchedResults, where: Condition, X: Floats) -> NDArray[np.bool_]:
     """Return a mask (k,) of the points X (k, 3), m, that are interpolated only from points of the support.
 
     `where` is the condition that selects the points of the support.

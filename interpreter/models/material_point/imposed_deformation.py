@@ -92,7 +92,7 @@ def is_block(case: Case) -> bool:
     return isinstance(shape, Box) or round_one
 
 
-def faces_of(case: Case, model: str) -> ImposedOnFaces:
+def collect_imposed_on_faces(case: Case, model: str) -> ImposedOnFaces:
     """Return the displacements and stresses imposed on whole faces.
 
     Raises Fault if a support or load selects something other than whole faces.
@@ -205,7 +205,7 @@ def _sample_points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
 
 def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
     """Return the imposed state if it is of the kind `word`. Raises Fault if supports and loads impose another state."""
-    faces = faces_of(case, model.name)
+    faces = collect_imposed_on_faces(case, model.name)
     stretches = [faces.stretch(axis) for axis in range(3)]
     if word == "simple_shear":
         if (sheared := _imposed_shear(faces, stretches)) is not None:

@@ -15,7 +15,12 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.material_point.imposed_deformation import NAMES, ImposedState, faces_of, imposed_state
+from softmark.interpreter.models.material_point.imposed_deformation import (
+    NAMES,
+    ImposedState,
+    collect_imposed_on_faces,
+    imposed_state,
+)
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces, SupportedNodes
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
@@ -73,7 +78,7 @@ class Block:
 
     def holders(self) -> tuple[SupportedNodes, ...]:
         """Return the corners that each support holds."""
-        held = faces_of(self.case, "").held
+        held = collect_imposed_on_faces(self.case, "").held
         found = []
         for support in self.case.supports:
             mask = np.zeros((8, 6), dtype=np.bool_)
@@ -150,7 +155,7 @@ class PreparedPoint(Meshless):
             "nominal_stress": found.P.tolist(),
             "stiffness": {"held": _finite(found.held), "freed": _finite(found.freed)},
         }
-        displacement = _Moved(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
+        displacement = _HomogeneousDisplacement(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
         stress: Stresses = HomogeneousStress(found, self.point.linear)  # type: ignore[assignment]
         return Solution("converged", None, facts, displacement, self._stability_warnings(found), stress=lambda: stress,
                         carried=cache(lambda: self._nodal_forces(found, displacement)))  # fmt: skip
@@ -173,7 +178,7 @@ class PreparedPoint(Meshless):
         largest = float((np.abs(found.P) * self.block.areas).max())
         return float(max(left, default=0.0)) / largest if largest else 0.0
 
-    def _nodal_forces(self, found: PointState, displacement: _Moved) -> NodalForces:
+    def _nodal_forces(self, found: PointState, displacement: _HomogeneousDisplacement) -> NodalForces:
         X, u = self.block.X, displacement(self.block.X)
         none, loads = np.zeros((8, 3)), {load.name: f for load, f in self.forces()}
         left = self.block.forces(found.P) - sum(loads.values(), none)
@@ -258,7 +263,7 @@ def _finite(value: float) -> float | None:
 
 
 @dataclass(frozen=True)
-class _Moved:
+class _HomogeneousDisplacement:
     """Homogeneous displacement field: deformation gradient F about an anchor point, and displacement of the anchor."""
 
     F: Floats
@@ -305,11 +310,15 @@ def load(model: Homogeneous) -> None:
 def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build a material point with the deformation that supports and loads impose. Raises Fault."""
     return PreparedPoint(
-        declared, case, imposed_state(case, model.state, declared), point_of(case, model.strain), Block(case)
+        declared,
+        case,
+        imposed_state(case, model.state, declared),
+        build_material_point(case, model.strain),
+        Block(case),
     )
 
 
-def point_of(case: Case, strain: str) -> MaterialPoint:
+def build_material_point(case: Case, strain: str) -> MaterialPoint:
     """Return the material point of a body's material."""
     material = case.material
     if not material.incompressible:

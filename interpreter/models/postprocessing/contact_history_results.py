@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.contact_results import pressure_distribution, touch_from
+from softmark.interpreter.models.postprocessing.contact_results import make_contact_result, pressure_distribution
 from softmark.interpreter.models.postprocessing.deformable_contact_results import contact_result
 from softmark.interpreter.results.load_results import to_vector
 from softmark.interpreter.results.reaction_results import ContactNumbers, EquilibriumForces, Friction, Reaction
 from softmark.records import dataclass
-from softmark.solvers.dynamics.contact_output import ContactSurface, average_over_steps
+from softmark.solvers.dynamics.contact_output import ContactSurfaceState, average_over_steps
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ WHY = "reactions need a static analysis: a dynamic analysis records only contact
 
 
 @dataclass(frozen=True)
-class Followed:
+class ContactHistoryResults:
     """Contact history of a dynamic analysis: forces at every accepted step, and the surface at some of the times.
 
     Forces at a time are means over the two adjacent steps (solvers/dynamics/contact_output.py), so that their
@@ -92,7 +92,7 @@ class Followed:
         held = {name: self._reaction(k, i) for k, name in enumerate(self.names)}
         most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._contact_resultants), default=0.0)
         size = float(np.linalg.norm(np.ptp(self.X, axis=0)))
-        touches = _Touches(self, i)
+        touches = _LazyContactResults(self, i)
         return EquilibriumForces(
             held, acting=most, moved=self._largest_displacement, extent=size, reason=WHY, touches=touches
         )
@@ -108,7 +108,7 @@ class Followed:
         return Reaction(to_vector(f), to_vector(m), to_vector(at), to_vector(m - np.cross(at, f)))
 
     @cached_property
-    def _surfaces(self) -> dict[int, tuple[ContactSurface, ...]]:
+    def _surfaces(self) -> dict[int, tuple[ContactSurfaceState, ...]]:
         return dict(self._contact_history.surfaces)
 
     def contact_result_at(self, name: str, i: int) -> ContactNumbers:
@@ -123,10 +123,10 @@ class Followed:
         contact = self.contacts[name]
         f[nodes], g[nodes] = surface.f, surface.g
         own = pressure_distribution(self.case, contact, self.X, x, f, g)
-        return touch_from(self.X, contact, own, act.gap, act.left, self._friction_result(name, i, own.area))
+        return make_contact_result(self.X, contact, own, act.gap, act.left, self._friction_result(name, i, own.area))
 
     def _self_contact_result(
-        self, name: str, i: int, x: Floats, surface: ContactSurface, nodes: Ints
+        self, name: str, i: int, x: Floats, surface: ContactSurfaceState, nodes: Ints
     ) -> ContactNumbers:
         """Return the result of a self-contact at the stored time with index i, with nodes at x (n, 3), m."""
         u, force = np.zeros((2, *self.X.shape))
@@ -143,10 +143,10 @@ class Followed:
         return Friction(own.slip, own.sticks or 0.0, area * own.area, own.heat)
 
 
-class _Touches(Mapping[str, ContactNumbers]):
+class _LazyContactResults(Mapping[str, ContactNumbers]):
     """Results of all contacts at one time, by name, each computed on first use."""
 
-    def __init__(self, followed: Followed, i: int) -> None:
+    def __init__(self, followed: ContactHistoryResults, i: int) -> None:
         self.followed, self.i = followed, i
         self.known: dict[str, ContactNumbers] = {}
 

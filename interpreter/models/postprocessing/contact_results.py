@@ -24,7 +24,7 @@ ON = 1e-3  # of the extent of the surface: a point farther away is not on it
 
 
 @dataclass(frozen=True)
-class Surface:
+class ContactPressureField:
     """Undeformed contact surface with nodes X (n, 3), m, and its contact pressure.
 
     `may` (m,) are the nodes that may come into contact. `rubbed` has friction results at all nodes (n,), by name.
@@ -107,7 +107,7 @@ def contact_result(case: Case, contact: RigidContact, X: Floats, x: Floats, u: F
     own = pressure_distribution(case, contact, X, x, contact.presses(u, len(X)), g)
     on, whole = push > 0.0, float(push.sum())
     left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0
-    return touch_from(X, contact, own, float(gaps.min()), left)
+    return make_contact_result(X, contact, own, float(gaps.min()), left)
 
 
 def pressure_distribution(
@@ -125,11 +125,11 @@ def pressure_distribution(
     return ContactPressure(contact.facets, x, f, g, plane_modulus(case), case.depth, same, touching)
 
 
-def touch_from(
+def make_contact_result(
     X: Floats, contact: RigidContact, own: ContactPressure, gap: float, left: float, rubbing: Friction | None = None
 ) -> ContactNumbers:
     """Return the result of a contact from its pressure distribution `own` and its gaps.
 
     `gap`, m, is the smallest gap, and `left`, m, the mean gap under pressure.
     """
-    return ContactNumbers(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)
+    return ContactNumbers(own.area, own.largest, gap, left, ContactPressureField(X, contact.nodes, own), rubbing)

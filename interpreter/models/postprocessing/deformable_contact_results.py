@@ -6,7 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.contact_results import Surface, index_by_place, nodal_friction_results
+from softmark.interpreter.models.postprocessing.contact_results import (
+    ContactPressureField,
+    index_by_place,
+    nodal_friction_results,
+)
 from softmark.interpreter.models.postprocessing.nodal_forces import force_at_nodes
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
 from softmark.interpreter.results.reaction_results import ContactNumbers, Friction
@@ -47,7 +51,7 @@ def contact_result(
     """
     sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
     hold, pressing, skin = sliding.tangential_coupling(u), sliding.pressing, contact.skin
-    own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
+    own_facets, n = np.unique(skin.of), _outward_normals(x, mesh.facets[np.unique(skin.of[hold.which])])
     facets, both = mesh.facets[own_facets], _reported_surface_count(skin, hold, own_facets)
     f = -np.einsum("ni,ni->n", force_at_nodes(pressing, u) if force is None else force, n)
     nodes, g, near = np.unique(facets), np.full(len(x), np.nan), None
@@ -61,7 +65,7 @@ def contact_result(
     if least == np.inf:  # farther apart than the activation distance of the barrier
         least = _least_opposite_distance(skin, mesh, u)
     rubbing, rubbed = (None, {}) if own is None else _friction_result(sliding, hold, skin, u, own, len(x))
-    field = Surface(mesh.points, nodes, pressed, rubbed, both)
+    field = ContactPressureField(mesh.points, nodes, pressed, rubbed, both)
     return ContactNumbers(pressed.area / both, pressed.largest, least, left, field, rubbing)
 
 
@@ -71,7 +75,7 @@ def _reported_surface_count(skin: ContactSurface, hold: TangentialCoupling, face
     return SIDES if hold.N @ there >= 0.5 * hold.N.sum() else 1
 
 
-def _outward(x: Floats, facets: Ints) -> Floats:
+def _outward_normals(x: Floats, facets: Ints) -> Floats:
     """Return outward unit normals (n, 3) at the nodes of a surface with positions x (n, 3), m.
 
     They are area-weighted means over the facets around each node.

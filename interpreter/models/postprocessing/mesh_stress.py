@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh, Solution
-from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.results.state_results import TimeState
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.values_in_states import in_state_of_value
 from softmark.records import dataclass
@@ -125,7 +125,7 @@ def _case_at_end(case: Case) -> Case:
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or all(muscle.thing.amplitude is None for muscle in case.muscles):
         return case
-    end = Moment(analysis.duration * (1.0 - INSIDE))
+    end = TimeState(analysis.duration * (1.0 - INSIDE))
 
     def seen(made: Declared) -> Declared:
         return replace(made, thing=made.thing.in_state(0, end))

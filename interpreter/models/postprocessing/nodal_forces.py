@@ -206,10 +206,10 @@ def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[Supported
         layout = Layout.of(case, thing.segments)
         masks = [(support.name, layout.holds(support)) for support in case.supports]
         return [SupportedNodes(name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)) for name, mask in masks]
-    from softmark.interpreter.models.beam.beam_supports import held_by
+    from softmark.interpreter.models.beam.beam_supports import held_dof_masks
 
     stations = np.array(thing.stations(case))
-    found = held_by(case, stations.tolist())
+    found = held_dof_masks(case, stations.tolist())
     return [
         SupportedNodes(name, mask, _represented_lengths(stations, np.asarray(mask[:, :3].any(axis=1))))
         for name, mask in found.items()

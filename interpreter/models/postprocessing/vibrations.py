@@ -11,12 +11,12 @@ from softmark.solvers.energies.energy import Floats
 
 if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
-    from softmark.solvers.linear.linear_solver import Linear
+    from softmark.solvers.linear.linear_solver import LinearSolverOptions
 
 UNSTABLE = 1e-9  # of the largest eigenvalue: a more negative one means an unstable state
 
 
-def without_frequencies(reason: str) -> Callable[[int], Floats]:
+def undefined_frequencies(reason: str) -> Callable[[int], Floats]:
     """Return the frequency function of a solution that has none; it raises Undefined with the reason."""
 
     def refused(count: int) -> Floats:
@@ -26,7 +26,7 @@ def without_frequencies(reason: str) -> Callable[[int], Floats]:
 
 
 def frequencies_about(
-    assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear
+    assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: LinearSolverOptions
 ) -> Callable[[int], Floats]:
     """Return a function of `count` that returns the lowest frequencies (count,), Hz, about the state x at full load.
 
@@ -36,7 +36,7 @@ def frequencies_about(
     return cache(lambda count: _frequencies(assembly, x, mass(), linear, count))
 
 
-def matrix(mass: Any, assembly: Assembly) -> Any:
+def free_mass_matrix(mass: Any, assembly: Assembly) -> Any:
     """Return the mass matrix of the free degrees of freedom (n, n), kg.
 
     `mass` is the matrix, or its diagonal, of the first degrees of freedom.
@@ -48,22 +48,22 @@ def matrix(mass: Any, assembly: Assembly) -> Any:
     return whole[assembly.free][:, assembly.free]
 
 
-def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
+def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: LinearSolverOptions, count: int) -> Floats:
     """Return the lowest frequencies (count,), Hz, about the state x."""
     import numpy as np
 
     from softmark.solvers.dynamics.vibration_modes import CLOSE, ModesNotFound, lowest_modes, mode_residual
     from softmark.solvers.linear.factorisations import Singular
-    from softmark.solvers.linear.linear_solver import Linear, Systems
+    from softmark.solvers.linear.linear_solver import CountingLinearSolver, LinearSolverOptions
 
     if not assembly.conservative:
         raise Undefined(
             "a follower load has no potential energy, so the linearized motion may grow and has no real frequencies"
         )
-    K, M = assembly.tangent(x.astype(np.float64), 1.0), matrix(mass, assembly)
+    K, M = assembly.tangent(x.astype(np.float64), 1.0), free_mass_matrix(mass, assembly)
     try:
-        plain = Linear(modes=linear.modes, spare=linear.spare)
-        values, modes = lowest_modes(K, M, count, lambda: Systems(plain).direct(K))
+        plain = LinearSolverOptions(modes=linear.modes, spare=linear.spare)
+        values, modes = lowest_modes(K, M, count, lambda: CountingLinearSolver(plain).direct(K))
     except (ModesNotFound, Singular) as error:
         raise Undefined(str(error)) from error
     if (left := mode_residual(K, M, values, modes)) > CLOSE:

@@ -25,8 +25,8 @@ from softmark.interpreter.models.reduced.reduced_space import (
 )
 from softmark.interpreter.models.reduced.training_states import (
     Training,
-    extrapolates,
-    repeats,
+    extrapolation_warnings,
+    is_in_training_set,
     scene_of,
     train,
     values_outside_training,
@@ -313,7 +313,7 @@ class PreparedReduced:
 
 
 @dataclass(frozen=True)
-class MovingReduced(PreparedMotion):
+class ReducedDynamics(PreparedMotion):
     """Dynamic analysis of a reduced model; `whole` is the dynamic problem of the full model."""
 
     static: PreparedReduced
@@ -372,8 +372,8 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     else:
         training = train(model, declared, own, static.mesh, workshop)
         outside_of = values_outside_training(training, scene)
-        notes = (*notes, *extrapolates(declared, outside_of))
-        facts |= _training_report(training, outside_of) | {"repeats": repeats(training, scene)}
+        notes = (*notes, *extrapolation_warnings(declared, outside_of))
+        facts |= _training_report(training, outside_of) | {"repeats": is_in_training_set(training, scene)}
         space = partial(pod_space, model, declared, rest, training)
     try:
         still = _build_reduced_model(model, declared, rest, space, facts, notes)
@@ -441,12 +441,12 @@ def _equations_report(equations: Equations) -> dict[str, Any]:
     return found
 
 
-def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> MovingReduced:
+def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> ReducedDynamics:
     """Build the dynamic analysis with the basis of the static model. Raises Fault."""
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations
     if equations is None:
-        return MovingReduced(still, still.declared, whole.analysis, problem, whole.mesh)
+        return ReducedDynamics(still, still.declared, whole.analysis, problem, whole.mesh)
     V, M = equations.basis.fields, still.rest.mass
     mass = V.T @ (M @ V)
     moving = replace(
@@ -462,7 +462,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
         lagged=False,
         cap=None,
     )
-    return MovingReduced(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
+    return ReducedDynamics(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
 
 
 def _reduced_initial_velocity(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:

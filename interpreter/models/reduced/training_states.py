@@ -112,7 +112,7 @@ def _values_of_scene(training: Training, scene: Scene) -> dict[str, Any]:
     return {name: 1.0 if name == "load" else value_of(scene, name) for name in training.ranges}
 
 
-def repeats(training: Training, scene: Scene) -> bool:
+def is_in_training_set(training: Training, scene: Scene) -> bool:
     """Return whether the training set contains the scene itself.
 
     The error of the reduced model then shows only how well it reproduces a state that it was trained on.
@@ -132,7 +132,7 @@ def _is_in_range(here: Any, seen: list[Any]) -> bool:
     return bool(np.all(low - slack <= here) and np.all(here <= high + slack))
 
 
-def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]:
+def extrapolation_warnings(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]:
     """Return a warning if the scene lies outside the sweep that the model was trained on.
 
     `found` are the names of values outside the training range. The load is not reported, because validation does so.

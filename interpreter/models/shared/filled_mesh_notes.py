@@ -107,7 +107,11 @@ def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:
     if not surface.repairs:
         return None
     volume = units.format_value(float(f"{surface.volume:.5g}"), VOLUME)
-    open_ = f", with an uncertainty of {100 * surface.relative_volume_uncertainty:.2g} % due to closed holes" if surface.capped else ""
+    open_ = (
+        f", with an uncertainty of {100 * surface.relative_volume_uncertainty:.2g} % due to closed holes"
+        if surface.capped
+        else ""
+    )
     twice = ", counting overlapping parts twice" if surface.crossings else ""
     return diagnostic("W348", case.body.at("shape"), f"the surface of `{case.body.name}` was repaired "
                                                      "before it was filled",

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.rigid_body_load_setup import force_on
+from softmark.interpreter.models.shared.rigid_body_load_setup import driving_force
 from softmark.interpreter.models.shared.rigid_contact_setup import PrescribedPosition
-from softmark.interpreter.problem.body_case import Case, Touch
+from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.solvers.contact.rigid_friction import RigidFriction
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.statics.force_controlled_rigid_body import ForceControl
@@ -30,7 +30,7 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
     first = [*contacts].index
     numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
     begun = _rigid_body_translation(contacts[touches[0].name].earlier)[along]
-    return ForceControl(along, force_on(touches[0]), float(begun), numbers, _contact_at_travel)
+    return ForceControl(along, driving_force(touches[0]), float(begun), numbers, _contact_at_travel)
 
 
 def _contact_at_travel(contact: Any, d: float) -> Any:
@@ -54,7 +54,7 @@ def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
     `beside` has the rigid bodies in that state, by name of the contact.
     """
 
-    def each(touch: Touch) -> Touch:
+    def each(touch: RigidBodyContact) -> RigidBodyContact:
         """Return a contact with its rigid body moved; the contact itself if its rigid body is not driven by a load."""
         if touch.along is None or touch.name not in beside:
             return touch
@@ -71,6 +71,6 @@ def rigid_body_report(case: Case, known: Mapping[str, Any]) -> dict[str, Any]:
     touch = next(touch for touch in case.contacts if touch.along is not None)
     assert touch.along is not None
     way, force = np.zeros((2, 3))
-    way[touch.along], force[touch.along] = known["travel_m"], force_on(touch)
+    way[touch.along], force[touch.along] = known["travel_m"], driving_force(touch)
     own = {"travel_m": way.tolist(), "force_N": force.tolist(), **{n: v for n, v in known.items() if n != "travel_m"}}
     return {touch.rigid.name: own}

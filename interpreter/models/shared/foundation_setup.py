@@ -47,7 +47,7 @@ def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[In
 
     Rows contain lengths but no stiffnesses. The nodes tell to which piece of the body each row belongs.
     """
-    from softmark.interpreter.models.beam.rigid_motions import point_rows
+    from softmark.interpreter.models.beam.rigid_motions import rigid_motion_rows
 
     for bed in case.beds:
         facets, N, _, normal = _quadrature_points(surface_of(case, bed, bed.thing.where, mesh))
@@ -56,7 +56,7 @@ def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[In
             seen = np.hstack([normal, np.cross(X, normal)])
             yield facets[:, 0], seen - seen.mean(axis=0)
         elif bed.thing.directions == "all":
-            yield np.repeat(facets[:, 0], 3), point_rows(X, (0, 1, 2))
+            yield np.repeat(facets[:, 0], 3), rigid_motion_rows(X, (0, 1, 2))
         else:
             yield facets[:, 0], np.hstack([normal, np.cross(X, normal)])
 

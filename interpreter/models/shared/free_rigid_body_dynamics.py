@@ -19,7 +19,7 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     amplitude_of_rigid,
     stored_indices,
 )
-from softmark.interpreter.problem.body_case import Case, Touch
+from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
@@ -149,7 +149,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
     )
 
 
-def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:
+def _create_free_body(touch: RigidBodyContact, first: int) -> FreeRigidBody:
     """Return a free rigid body with its mass and inertia; `first` is the index of its first unknown."""
     thing: Any = touch.rigid.thing
     gap = gap_of(thing.shape)
@@ -160,7 +160,7 @@ def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:
     return FreeRigidBody(first, mass, mass * J, axes, volume.middle)
 
 
-def _initial_velocity(body: FreeRigidBody, touch: Touch) -> Floats:
+def _initial_velocity(body: FreeRigidBody, touch: RigidBodyContact) -> Floats:
     """Return the initial velocities (6,) of a rigid body.
 
     They are the velocity of its centre of mass (3), m/s, and its spin in body axes (3), rad/s.
@@ -169,7 +169,9 @@ def _initial_velocity(body: FreeRigidBody, touch: Touch) -> Floats:
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
-def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Amplitude]]:
+def _rigid_body_loads(
+    chart: FreeBodyChart, touches: Mapping[str, RigidBodyContact]
+) -> tuple[list[Energy], list[Amplitude]]:
     """Return the loads on free rigid bodies, and the amplitude of each load."""
     pulls, amplitudes = list[Energy](), list[Amplitude]()
     for which, touch in enumerate(touches.values()):

@@ -22,7 +22,7 @@ from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.models.shared.varying_quadrature import (
     CellQuadrature,
     CellRule,
-    Functions,
+    FunctionsOfConstants,
     choose_quadrature,
     constant_functions,
     key_of,
@@ -30,14 +30,14 @@ from softmark.interpreter.models.shared.varying_quadrature import (
 )
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.field_files import load_field, read_field
-from softmark.interpreter.problem.heterogeneity_limits import is_allowed, out_of_range
+from softmark.interpreter.problem.heterogeneity_limits import is_allowed, out_of_range_fault
 from softmark.interpreter.problem.representative_constants import profiles
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import CELLS
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.heterogeneous import average_moduli, map_arrays, with_constants
-from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Part(Protocol):
 Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because results are cached
 
 
-def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
+def sample_at_integration_points(own: Part, pressures: bool = False) -> tuple[Case, IntegrationPoints | None]:
     """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
     The second value is the integration at these points, or None if they are those of the element. If `pressures` are
@@ -115,7 +115,7 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
     return replace(own.case, other_material=sampled), _parts(mesh, known)
 
 
-def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
+def _parts(mesh: Mesh, rule: CellRule | None) -> IntegrationPoints | None:
     """Return the gradients and volumes of a quadrature rule on a mesh; None without a rule."""
     return None if rule is None else rule.integration(mesh)
 
@@ -148,12 +148,12 @@ def moduli_vary(case: Case) -> bool:
     return not getattr(material, "turning", False) and any(name in OF_LAWS for name in profiles(material))
 
 
-def moduli_of(material: Any, pressures: bool) -> Functions:
+def moduli_of(material: Any, pressures: bool) -> FunctionsOfConstants:
     """Return the moduli of a material as functions of position, which `stiffness_of` integrates."""
     return stiffness_functions(material.young, material.poisson, pressures, evaluate_profile)
 
 
-def density_resolved(case: Case, mesh: Mesh) -> CellQuadrature | None:
+def density_quadrature(case: Case, mesh: Mesh) -> CellQuadrature | None:
     """Return the quadrature of the density of one material; None if the density is a single number."""
     rho = case.material.density
     return (
@@ -239,7 +239,7 @@ def _check_values_in_range(case: Case, profile: Profile, found: Floats, X: Float
     for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
         value = float(found.flat[i])
         if not is_allowed(profile, value):
-            raise out_of_range(case, profile, value, X.reshape(-1, 3)[i])
+            raise out_of_range_fault(case, profile, value, X.reshape(-1, 3)[i])
 
 
 def must_be_compressible(declared: Declared, own: Part) -> None:
@@ -266,12 +266,12 @@ class Density:
 
     def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
         """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, for masses."""
-        from softmark.solvers.dynamics.mass_matrices import mass_points
+        from softmark.solvers.dynamics.mass_matrices import mass_shapes_and_volumes
 
-        seen = density_resolved(self.case, mesh)
+        seen = density_quadrature(self.case, mesh)
         if seen is not None and seen.rule is not None:
             return seen.rule.shape(mesh), seen.rule.w, seen.rule.places(mesh)
-        N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+        N, w = mass_shapes_and_volumes(mesh.points, mesh.cells, mesh.element)
         return N, w, np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
 
     def at(self, X: Floats) -> Floats:
@@ -345,7 +345,7 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
         change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
     size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus depends on 1 + nu
     lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
-    known = density_resolved(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
+    known = density_quadrature(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
     if known is not None:
         lost = float(known.missed.sum())
         row = (

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.contact.signed_distance.distance_function import Gap
     from softmark.solvers.energies.energy import Energy, Floats
-    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.mesh.element_interpolation import IntegrationPoints
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics
 
@@ -38,9 +38,9 @@ def create_surface_interactions(case: Case, mesh: Mesh) -> dict[str, Any]:
 
         found |= create_foundations(case, mesh)
     if case.pairs:
-        from softmark.interpreter.models.shared.self_contact_setup import pairs_on
+        from softmark.interpreter.models.shared.self_contact_setup import create_pair_energies
 
-        found |= pairs_on(case, mesh)
+        found |= create_pair_energies(case, mesh)
     return found
 
 
@@ -54,7 +54,7 @@ def create_rigid_contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
 
 
 def find_unsupported_body(
-    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+    case: Case, mesh: Mesh, parts: IntegrationPoints, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> UnsupportedBody | None:
     """Return the stabilization of a body that supports leave free and contact must hold. Raises Fault.
 
@@ -69,7 +69,7 @@ def find_unsupported_body(
 
 def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
     """Return the equilibrium of a solid with contacts, and of its force-driven rigid body. Raises NotConverged."""
-    from softmark.solvers.statics.barrier_continuation import PassedThrough, solve_with_stiffer_barriers
+    from softmark.solvers.statics.barrier_continuation import RigidBodyTunnelling, solve_with_stiffer_barriers
     from softmark.solvers.statics.rigid_substeps import count_substeps, presses_on_nodes, solve_in_substeps
     from softmark.solvers.statics.static_equilibrium import equilibrium
 
@@ -88,9 +88,9 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
         """
         try:
             return whole(problem)
-        except PassedThrough as failure:
+        except RigidBodyTunnelling as failure:
             count = count_substeps(problem)
-            if count == 1 or not _are_wide(solid):
+            if count == 1 or not _are_rigid_bodies_wide(solid):
                 raise
             found = solve_in_substeps(problem, whole, count)
             if solid.pieces[0].case.planar and not presses_on_nodes(found):
@@ -108,14 +108,14 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
     return solve_force_balance(problem, press, find)
 
 
-def _are_wide(solid: Any) -> bool:
+def _are_rigid_bodies_wide(solid: Any) -> bool:
     """Return whether every rigid body of a solid is at least as wide as the facets that it may press on.
 
     A narrower rigid body fits between the nodes of a facet.
     """
     import numpy as np
 
-    from softmark.interpreter.models.shared.rigid_contact_setup import longest
+    from softmark.interpreter.models.shared.rigid_contact_setup import longest_triangle_side
 
     case: Case = solid.pieces[0].case
     for touch in case.contacts:
@@ -125,7 +125,7 @@ def _are_wide(solid: Any) -> bool:
         facets, points = solid.contacts[touch.name].facets, solid.mesh.points
         extents = (high - low)[:2] if case.planar else high - low
         flat = points * (1.0, 1.0, 0.0) if case.planar else points
-        if np.sort(extents)[-1 if case.planar else 1] < longest(flat, facets):
+        if np.sort(extents)[-1 if case.planar else 1] < longest_triangle_side(flat, facets):
             return False
     return True
 

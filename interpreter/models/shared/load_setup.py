@@ -14,12 +14,16 @@ from softmark.interpreter.models.shared.loaded_surface import surface_of
 from softmark.interpreter.models.shared.material_regions import regions_by_material
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
-from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
+from softmark.interpreter.problem.symmetry_planes import (
+    must_not_act_on_axis,
+    must_not_act_on_plane,
+    refuse_moment_at_plane,
+)
 from softmark.interpreter.vocabulary.loads.load import Matrix3, Vector3
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.external_loads import AffineMassForces, DeadForces, FaceMoment, FollowerPressure
-from softmark.solvers.mesh.element_interpolation import Integration, locate_points
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 MOST_NODES = 1500  # largest number of nodes of a moment: its tangent couples all pairs of nodes and takes 0.2 GB
@@ -41,7 +45,7 @@ def nodal_forces_at_rest(load: Energy, points: Floats) -> Floats:
 
 
 def single_loads(
-    case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
+    case: Case, mesh: Mesh, parts: IntegrationPoints, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
     """Return the energy of each load separately, at full size. Raises Fault.
 
@@ -50,7 +54,7 @@ def single_loads(
     return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
 
 
-def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution) -> Energy:
+def _load(case: Case, load: Declared, mesh: Mesh, parts: IntegrationPoints, small: bool, mass: Distribution) -> Energy:
     """Return the energy of one load at full size. Raises Fault."""
     energy: Energy = load.thing.action.solid_energy(SolidLoads(case, load, mesh, parts, small, mass))
     return energy
@@ -63,7 +67,7 @@ class SolidLoads:
     case: Case
     load: Declared
     mesh: Mesh
-    parts: Integration
+    parts: IntegrationPoints
     small: bool  # pressures and moments act on the undeformed surface
     mass: Distribution
 
@@ -121,7 +125,7 @@ class SolidLoads:
         case, load, points = self.case, self.load, self.mesh.points
         surface = self._surface(where)
         taken = np.concatenate([surface.whole, surface.nodes])
-        must_not_turn_half(case, load, points[taken], points)
+        refuse_moment_at_plane(case, load, points[taken], points)
         if (count := len(np.unique(taken))) > MOST_NODES:
             raise fault(
                 "E520",
@@ -158,10 +162,10 @@ class SolidLoads:
 
         Raises Fault where the line leaves a body from a file.
         """
-        from softmark.solvers.mesh.mesh_line import integrate_along
+        from softmark.solvers.mesh.mesh_line import line_quadrature
 
         case, load, mesh = self.case, self.load, self.mesh
-        X, w = integrate_along(mesh, np.array(begin), np.array(end))
+        X, w = line_quadrature(mesh, np.array(begin), np.array(end))
         dead, place = np.zeros((len(mesh.points), 3)), locate_points(mesh, X)
         if case.shape.file and (away := float(place.outside.max())) > 0.0:
             raise fault(
@@ -184,7 +188,7 @@ class SolidLoads:
         return found
 
 
-def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
+def nodal_mass(mesh: Mesh, parts: IntegrationPoints, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
     """Return the mass of each node (n,), kg.
 
     `mass` selects how it is computed: row sums of the consistent matrix, its diagonal, or equal shares of cells.
@@ -237,15 +241,15 @@ def _mass_quadrature(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
     A varying density is multiplied into the volumes, and the returned density is then one. Shape functions are (m,
     q, a) if cells have different points.
     """
-    from softmark.solvers.dynamics.mass_matrices import mass_points
+    from softmark.solvers.dynamics.mass_matrices import mass_shapes_and_volumes
 
     if isinstance(density, float | int):
-        return *mass_points(mesh.points, mesh.cells, mesh.element), density
+        return *mass_shapes_and_volumes(mesh.points, mesh.cells, mesh.element), density
     N, w, X = density.points(mesh)
     return N, w * density.at(X), 1.0
 
 
-def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution) -> Any:
+def mass_matrix(mesh: Mesh, parts: IntegrationPoints, density: Any, mass: Distribution) -> Any:
     """Return the mass matrix, kg: sparse (3n, 3n) if it is consistent, else its diagonal (3n,)."""
     from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass
 

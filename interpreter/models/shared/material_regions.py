@@ -12,7 +12,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.mesh.element_interpolation import IntegrationPoints
     from softmark.solvers.mesh.mesh import Mesh
 
 
@@ -27,7 +27,7 @@ class MaterialRegion:
 
     case: Case
     mesh: Mesh
-    parts: Integration
+    parts: IntegrationPoints
     which: Any
     number: int = 0
     graded: Case | None = None
@@ -58,14 +58,14 @@ def _sample_region(own: MaterialRegion, pressures: bool) -> MaterialRegion:
 
     if own.case.uniform:
         return own
-    case, parts = heterogeneous_material.at_points(own, pressures)
+    case, parts = heterogeneous_material.sample_at_integration_points(own, pressures)
     return replace(own, case=case, graded=own.case, parts=own.parts if parts is None else parts)
 
 
 LocalPoints = tuple[Any, Any]  # of each cell, (m, q, 3), and their weights (m, q)
 
 
-def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
+def stiffness_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
     """Return the quadrature points of the stiffness of cells of one material; None for the points of their element.
 
     `which` are the cells of the mesh that have the material of the `case`.
@@ -74,7 +74,7 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
         return None
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    own = some_cells(mesh, which)
+    own = mesh_of_cells(mesh, which)
     return _local_points(heterogeneous_material.stiffness_of(case, own, pressures), own)
 
 
@@ -87,11 +87,11 @@ def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    own = some_cells(mesh, which)
-    return _local_points(heterogeneous_material.density_resolved(case, own), own)
+    own = mesh_of_cells(mesh, which)
+    return _local_points(heterogeneous_material.density_quadrature(case, own), own)
 
 
-def some_cells(mesh: Mesh, which: Any) -> Mesh:
+def mesh_of_cells(mesh: Mesh, which: Any) -> Mesh:
     """Return a mesh of the cells with indices `which`; the whole mesh if `which` is a slice."""
     from softmark.interpreter.models.shared.region_cells import submesh
 
@@ -111,10 +111,10 @@ def must_be_mirrored(each: tuple[MaterialRegion, ...]) -> None:
             from softmark.interpreter.models.shared.heterogeneous_material import rule_positions
             from softmark.interpreter.problem import anisotropy_limits
 
-            anisotropy_limits.must_be_mirrored(case, rule_positions(own.mesh, own.mesh.element.quadrature()))
+            anisotropy_limits.require_symmetric_fibers(case, rule_positions(own.mesh, own.mesh.element.quadrature()))
 
 
-def regions_by_material(case: Case, mesh: Mesh, parts: Integration) -> tuple[MaterialRegion, ...]:
+def regions_by_material(case: Case, mesh: Mesh, parts: IntegrationPoints) -> tuple[MaterialRegion, ...]:
     """Return the cells of every material that fills at least one cell. Raises Fault.
 
     For a body of one material this is the whole mesh.
@@ -222,7 +222,7 @@ def softness_note(
     return tuple(stiffness_warnings.softness_note(declared, u, parts, p))
 
 
-def cell_constants(case: Case, mesh: Any) -> Any:
+def cell_means_function(case: Case, mesh: Any) -> Any:
     """Return a function that computes the cell means of varying constants of a deformed mesh, for exported files.
 
     The result is None if no constant varies or there is no mesh.

@@ -46,7 +46,7 @@ def mesh_facts(mesh: Mesh) -> dict[str, Any]:
     return {"mesh": {"quality": worst_cell(mesh)[0]}}
 
 
-def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
+def volume_and_area_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
     """Return the `body` part of a report: volume and surface area of the shape, if known, and of its mesh."""
     if "body" not in mesh.selections:
         mesh.selections["body"] = {

@@ -60,7 +60,7 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
     return found
 
 
-def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:
+def perturbed_solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:
     """Return a perturbed state (dofs,) with displacements, m, that satisfy the supports; other unknowns are 0."""
     import numpy as np
 
@@ -80,7 +80,7 @@ def recover_solid(known: Disturbance, problem: Statics, points: Floats, elastic:
         recover_equilibrium,
     )
 
-    state = solid_state(known, problem, points, elastic.cells)
+    state = perturbed_solid_state(known, problem, points, elastic.cells)
     displacements = points.size  # the first unknowns
     return recover_equilibrium(
         problem,
@@ -102,7 +102,7 @@ def recover_springs(known: Disturbance, problem: Statics, points: Floats, elasti
         recover_equilibrium,
     )
 
-    state = solid_state(known, problem, points, elastic.cells)
+    state = perturbed_solid_state(known, problem, points, elastic.cells)
     tangled = PerturbedBody(state, None, lambda x: find_inverted_cells(elastic, x), len(elastic.cells), known.seed)
     return recover_equilibrium(problem, tangled)
 

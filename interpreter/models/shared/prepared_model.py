@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.language.compiled_scene import Declared, Scene
-    from softmark.interpreter.models.postprocessing.contact_history_results import Followed
+    from softmark.interpreter.models.postprocessing.contact_history_results import ContactHistoryResults
     from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.problem.body_case import Case
@@ -140,7 +140,7 @@ class Solution:
         None  # of a model on a mesh (`postprocessing/mesh_stress.py`); raises StressUnavailable
     )
     carried: Callable[[], NodalForces] | None = None  # nodal forces of a static state, computed on first use
-    followed: Followed | None = None  # contact history of a motion with contacts
+    followed: ContactHistoryResults | None = None  # contact history of a motion with contacts
     at_rest: EquilibriumForces | None = None  # forces and energies, if computed already for an error estimate
     spent: ElapsedTime | None = None  # time that an external program took
     reduction_error: Callable[[], ReductionError] | None = None  # error of a reduced model in the full equations

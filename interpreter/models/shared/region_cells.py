@@ -18,13 +18,13 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.support_selection import MISSED, SMALL, WHOLE, cells_of, fractions
+from softmark.interpreter.models.shared.support_selection import MISSED, SMALL, WHOLE, cells_of, selected_fractions
 from softmark.interpreter.problem.body_case import Case, fault
-from softmark.interpreter.problem.material_layers import overlap_fault, remaining_conditions, unordered_overlaps
+from softmark.interpreter.problem.material_layers import overlap_fault, region_conditions, unordered_overlaps
 from softmark.interpreter.problem.surface_selection.selected_pieces import Bools, slack_of
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.element_interpolation import Integration
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -94,7 +94,9 @@ class CellMaterials:
         return 1 if more >= less else -1
 
 
-def region_meshes(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints, int]]:
+def region_meshes(
+    case: Case, mesh: Mesh, parts: IntegrationPoints
+) -> Iterator[tuple[Case, Mesh, IntegrationPoints, Ints, int]]:
     """Yield the cells of every material that fills at least one cell. Raises Fault.
 
     The values are fields of `MaterialRegion` (material_regions.py): case, mesh, integration, cell indices and index
@@ -103,7 +105,7 @@ def region_meshes(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[
     for number, material in enumerate(case.materials):
         which = np.flatnonzero(materials_of_cells(case, mesh).cells == number)
         if len(which):
-            own = Integration(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
+            own = IntegrationPoints(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
             alone = replace(case, other_material=material, parts=())
             yield alone, submesh(mesh, which), own, which, number
 
@@ -131,8 +133,8 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
     """Return the material of every cell. Raises Fault if regions overlap or are empty."""
     kind = cells_of(mesh, case.depth)
     _must_be_disjoint(case, mesh)
-    parts = remaining_conditions(case)
-    shares = np.array([fractions(where, kind, mesh) for where in parts])  # (r, m)
+    parts = region_conditions(case)
+    shares = np.array([selected_fractions(where, kind, mesh) for where in parts])  # (r, m)
     along = [_follows_curve(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
     shares[0, shares[0] <= SMALL] = 0.0  # fraction of the body that is only rounding
@@ -207,7 +209,7 @@ def _must_be_disjoint(case: Case, mesh: Mesh) -> None:
     """Raise Fault if regions of different materials overlap and no order of precedence is declared for them."""
     kind = cells_of(mesh, case.depth)
     for a, b in unordered_overlaps(case):
-        both = fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
+        both = selected_fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
         shared = float(both @ kind.sizes)
         if shared > SMALL * float(kind.sizes.sum()):
             raise overlap_fault(a, b, f"common volume {units.format_value(shared, CUBIC)}")

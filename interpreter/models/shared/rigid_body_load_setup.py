@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from softmark.interpreter.problem.body_case import Touch
+from softmark.interpreter.problem.body_case import RigidBodyContact
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
 
 
-def force_on(touch: Touch) -> float:
+def driving_force(touch: RigidBodyContact) -> float:
     """Return the force on a rigid body along its free direction, N: the sum of weight and point forces."""
     assert touch.along is not None
     total = 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.body_case import Case, Fault, Touch, fault
+from softmark.interpreter.problem.body_case import Case, Fault, RigidBodyContact, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -64,7 +64,7 @@ class PrescribedPosition:
     """Prescribed position of a rigid body as a function of the load fraction: first rotated, then translated."""
 
     gap: Gap
-    touch: Touch
+    touch: RigidBodyContact
 
     def __call__(self, share: float) -> Gap:
         """Return the gap function of the rigid body at its position for a load fraction `share`."""
@@ -76,7 +76,7 @@ class PrescribedPosition:
         return pose_at(self.touch, share) or RigidMotion()
 
 
-def pose_at(touch: Touch, share: float) -> RigidMotion | None:
+def pose_at(touch: RigidBodyContact, share: float) -> RigidMotion | None:
     """Return the motion of a rigid body by its supports and loads at a load fraction; None if it has not moved."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
@@ -96,7 +96,7 @@ def size_of(case: Case, mesh: Mesh) -> float:
     return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
 
 
-def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
+def barrier_of(case: Case, touch: RigidBodyContact, mesh: Mesh) -> Barrier:
     """Return the barrier of a contact: its activation distance and its stiffness.
 
     Both follow from the size of the body, its stiffness and the prescribed motion.
@@ -104,7 +104,7 @@ def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
     return Barrier(touch.thing.distance or _barrier_distance(case, touch, mesh), BEARS * case.largest_young)
 
 
-def _barrier_distance(case: Case, touch: Touch, mesh: Mesh) -> float:
+def _barrier_distance(case: Case, touch: RigidBodyContact, mesh: Mesh) -> float:
     """Return the distance at which the barrier becomes active, m, so small that the remaining gap is negligible.
 
     In static analyses it is a small fraction of the prescribed support motion or, without such a motion, of the
@@ -151,7 +151,7 @@ class _MeshedBody:
         return find_loaded_surface(self.case.shape, self.mesh, where).area_with_depth(self.case.depth)
 
 
-def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
+def _contact_energy(case: Case, touch: RigidBodyContact, mesh: Mesh) -> RigidContact:
     """Return the energy of one contact with a rigid body, with friction if declared."""
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
@@ -164,16 +164,14 @@ def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
     barrier, posed = barrier_of(case, touch, mesh), PrescribedPosition(gap, touch)
     made = RigidContact(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
     made = replace(made, skin=_crossable_surface(case, mesh))
-    if steps := inner_steps(case, touch, mesh.points, facets):
+    if steps := facet_subdivisions(case, touch, mesh.points, facets):
         from softmark.solvers.contact.facet_contact_points import add_points_inside_facets
 
         made = add_points_inside_facets(made, mesh.points, facets, steps, case.depth, still)
     if _is_sharper_than_facets(gap, mesh.points * ((1.0, 1.0, 0.0) if case.planar else 1.0), facets, steps):
-        from softmark.solvers.contact.facet_contact_points import select_penetrating_facets
+        from softmark.solvers.contact.facet_contact_points import make_searched_facets
 
-        made = replace(
-            made, facing=select_penetrating_facets(mesh.points, facets, steps, bool(case.planar), case.depth)
-        )
+        made = replace(made, facing=make_searched_facets(mesh.points, facets, steps, bool(case.planar), case.depth))
     if touch.thing.friction:
         from softmark.solvers.contact.rigid_friction import add_friction
 
@@ -190,7 +188,7 @@ def _crossable_surface(case: Case, mesh: Mesh) -> SurfaceTriangles:
     )
 
 
-def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
+def facet_subdivisions(case: Case, touch: RigidBodyContact, points: Floats, facets: Ints) -> int:
     """Return the number of subdivisions of facets (f, a) for the lattice of contact points; 0 if nodes suffice.
 
     For plane bodies the lattice is no finer than facets need.
@@ -198,11 +196,11 @@ def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
     facet = FACETS[facets.shape[1]]
     steps = 1 + (facet.nodes > facet.corners)
     if not case.planar:
-        steps *= _edge_subdivisions(gap_of(touch.rigid.thing.shape), longest(points, facets))
+        steps *= _edge_subdivisions(gap_of(touch.rigid.thing.shape), longest_triangle_side(points, facets))
     return steps if len(facet.lattice(steps)) > facet.nodes else 0
 
 
-def longest(points: Floats, facets: Ints) -> float:
+def longest_triangle_side(points: Floats, facets: Ints) -> float:
     """Return the longest side, m, of the triangles that facets (f, a) are split into."""
     corners = points[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
@@ -216,7 +214,7 @@ def _is_sharper_than_facets(gap: Gap, points: Floats, facets: Ints, steps: int) 
     """
     facet = FACETS[facets.shape[1]]
     parts = max(1, steps // (1 + (facet.nodes > facet.corners)))
-    return gap.least_curvature_radius * parts < longest(points, facets)
+    return gap.least_curvature_radius * parts < longest_triangle_side(points, facets)
 
 
 def _edge_subdivisions(gap: Gap | None, longest: float) -> int:
@@ -227,7 +225,7 @@ def _edge_subdivisions(gap: Gap | None, longest: float) -> int:
     return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
 
 
-def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
+def _must_meet_the_plane(case: Case, touch: RigidBodyContact, gap: Gap) -> None:
     """Raise Fault if a rigid body read from a file lies outside the plane of the body.
 
     Validation has checked other shapes already.
@@ -242,7 +240,7 @@ def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
         raise Fault(missed)
 
 
-def _check_initial_overlap(case: Case, touch: Touch, made: RigidContact) -> None:
+def _check_initial_overlap(case: Case, touch: RigidBodyContact, made: RigidContact) -> None:
     """Raise Fault if a rigid body overlaps the body at the start."""
     rest, start = np.zeros(int(made.stencils.max()) + 1), made.at(0.0)
     g = start.gaps(rest)
@@ -267,7 +265,7 @@ def plane_modulus(case: Case) -> float:
     return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
 
 
-def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
+def _surface(case: Case, touch: RigidBodyContact, mesh: Mesh) -> Ints:
     """Return the nodes of the facets that may come into contact (k, a). Raises Fault if there are none."""
     facets = find_loaded_surface(case.shape, mesh, touch.thing.where).selected_facets
     facets = np.unique(facets, axis=0)

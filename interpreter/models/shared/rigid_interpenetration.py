@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
-from softmark.interpreter.problem.body_case import Touch
+from softmark.interpreter.problem.body_case import RigidBodyContact
 from softmark.records import dataclass
 from softmark.solvers.contact.rigid_transform import RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
@@ -33,7 +33,7 @@ DEEP = 0.01  # of the largest side of that box: a smaller overlap counts as cont
 class MovingRigidBody:
     """Rigid body and its motion: `states` (t, 18) of a free body, or the `amplitude` of a prescribed motion."""
 
-    touch: Touch
+    touch: RigidBodyContact
     gap: Gap
     amplitude: Amplitude
     states: Floats | None
@@ -63,7 +63,7 @@ class MovingRigidBody:
 
 
 def interpenetration_warnings(
-    touches: Mapping[str, tuple[Touch, Amplitude]], names: tuple[str, ...], times: Floats, states: Floats
+    touches: Mapping[str, tuple[RigidBodyContact, Amplitude]], names: tuple[str, ...], times: Floats, states: Floats
 ) -> tuple[Diagnostic, ...]:
     """Return a warning for every pair of rigid bodies that overlap at one of the `times` (t,), s.
 

@@ -26,7 +26,7 @@ EARLY = 0.381966  # load fraction at which supports must also agree, because a f
 
 
 @dataclass(frozen=True)
-class OnCircles:
+class RotatedPoints:
     """Points X (k, 3), m, that one rotating support moves on circles.
 
     Each entry is one displacement component `along` (k,) of a point, with its index `places` (k,) in the imposed
@@ -48,7 +48,7 @@ class RotationPath:
     """
 
     target: Floats
-    circles: Sequence[OnCircles]
+    circles: Sequence[RotatedPoints]
     chains: tuple[CellChain, ...] = ()  # chains of cells from support to support
     early = EARLY
 
@@ -85,7 +85,7 @@ def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, pe
     for numbers in own.values():
         dofs = held[numbers]
         thing, places = owners[int(dofs[0])].thing, np.array(numbers, dtype=np.int64)
-        circles.append(OnCircles(thing, places, points[dofs // per_node], dofs % per_node))
+        circles.append(RotatedPoints(thing, places, points[dofs // per_node], dofs % per_node))
     return RotationPath(target, circles) if circles else None
 
 

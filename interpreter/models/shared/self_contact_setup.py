@@ -34,7 +34,7 @@ STIFF = 1e4  # times Young's modulus over the size of a body: stiffness of a tie
 CLOSE = 1e-8  # of the size: nearer surfaces are in contact
 
 
-def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
+def create_pair_energies(case: Case, mesh: Mesh) -> dict[str, Any]:
     """Return the energy of every self-contact and every tie, by name. Raises Fault."""
     return {
         p.name: (_tie_energy if isinstance(p.thing, TiedWord) else _friction_contact_energy)(case, p, mesh)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats
 
 
-def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
+def count_intersections(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
     """Return the numbers of intersecting pairs of faces in a state x (dofs,), m, by contact.
 
     The test does not use the contact solver.

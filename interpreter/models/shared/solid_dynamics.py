@@ -17,7 +17,7 @@ from softmark.interpreter.models.shared import self_intersections
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh, ModalErrors, Prepared, Solution, Status
 from softmark.interpreter.problem.amplitude_tables import table_fault
-from softmark.interpreter.problem.body_case import Case, Fault, Touch
+from softmark.interpreter.problem.body_case import Case, Fault, RigidBodyContact
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.motion_history import KEPT, History
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -37,7 +37,7 @@ from softmark.solvers.statics.static_problem import Iteration
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from softmark.interpreter.models.postprocessing.contact_history_results import Followed
+    from softmark.interpreter.models.postprocessing.contact_history_results import ContactHistoryResults
     from softmark.solvers.dynamics.time_step_error import StepError
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Statics, Watch
@@ -162,7 +162,11 @@ class PreparedMotion:
     def _step_errors(self) -> ModalErrors | None:
         """Return the time-step error with the displacement field of each mode; None if unknown."""
         found = self._step_error()
-        return None if found is None else ModalErrors(found, tuple(self._mode_displacement_field(s) for s in found.shapes.T))
+        return (
+            None
+            if found is None
+            else ModalErrors(found, tuple(self._mode_displacement_field(s) for s in found.shapes.T))
+        )
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution of a trajectory, with its report and warnings."""
@@ -200,17 +204,17 @@ class PreparedMotion:
         known["step_errors"] = self._step_errors
         return Solution(status, message, facts, notes=notes, **known, **shown)
 
-    def _contact_history(self, track: Trajectory) -> Followed | None:
+    def _contact_history(self, track: Trajectory) -> ContactHistoryResults | None:
         """Return the contact history of a trajectory; None if the body has no contacts."""
         if track.touched is None or self.mesh is None or self.case is None:
             return None
-        from softmark.interpreter.models.postprocessing.contact_history_results import Followed
+        from softmark.interpreter.models.postprocessing.contact_history_results import ContactHistoryResults
 
         own: list[Any] = [load for load in self.problem.assembly.loads if load.not_proportional]
         small = vars(self.declared.thing).get("strain") == "small"
         contacts = dict(zip(self.rigid_contact_names, own, strict=True))
         meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, DynamicPatternEnergy)}
-        return Followed(self.case, contacts, meets, self.mesh, track, small)
+        return ContactHistoryResults(self.case, contacts, meets, self.mesh, track, small)
 
     def _state(self, motion: Motion) -> Floats:
         """Return the stored variables of a motion: nodal displacements (3 n,), m, unless a subclass adds others."""
@@ -228,7 +232,7 @@ class PreparedMotion:
         if mesh is None or not self.problem.meets:
             return {}
         known = [
-            self_intersections.crossings(self.beds, mesh.frames[i].ravel())
+            self_intersections.count_intersections(self.beds, mesh.frames[i].ravel())
             for i in pick_evenly(len(mesh.frames), LOOKED)
         ]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
@@ -257,11 +261,11 @@ class _StateRecorder:
     state: Callable[[Motion], Floats]
     watch: Watch
     count: int = 0
-    last: _Row | None = None
+    last: _StoredState | None = None
 
-    def __call__(self, motion: Motion) -> _Row:
+    def __call__(self, motion: Motion) -> _StoredState:
         """Store the state of a motion, free the state before if it is not needed, and report progress."""
-        row = _Row(self.state(motion))
+        row = _StoredState(self.state(motion))
         if self.last is not None and (self.count - 1) % self.every:
             self.last.x = None
         else:
@@ -271,7 +275,7 @@ class _StateRecorder:
 
 
 @dataclass
-class _Row:
+class _StoredState:
     """Stored state, or None if it was freed."""
 
     x: Floats | None
@@ -366,7 +370,9 @@ def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamic
     from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
 
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
-    yield from dissipation_warnings(declared, np.array(problem.remembering.losses), moved, problem.remembering.has_unknown_energy)
+    yield from dissipation_warnings(
+        declared, np.array(problem.remembering.losses), moved, problem.remembering.has_unknown_energy
+    )
 
 
 def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
@@ -446,7 +452,7 @@ def build_solid_dynamics(
         Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
         mass,
         np.zeros(dofs),
-        velocity(analysis, mesh.points, mass),
+        initial_velocities(analysis, mesh.points, mass),
         rest.fixed,
         rest.target,
         support_amplitude(case),
@@ -465,7 +471,7 @@ def build_solid_dynamics(
     return PreparedMotion(static, declared, analysis, problem, mesh, case=case)
 
 
-def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
+def initial_velocities(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
     """Return initial nodal velocities (3 n,), m/s, from the velocity and spin about the centre of mass."""
     weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
     centre = weights @ points / weights.sum()
@@ -487,7 +493,7 @@ def amplitude_of(load: Declared) -> Amplitude:
     return course or Constant()
 
 
-def amplitude_of_rigid(touch: Touch) -> Amplitude:
+def amplitude_of_rigid(touch: RigidBodyContact) -> Amplitude:
     """Return the amplitude of the supports of a rigid body; a constant if the rigid body does not move."""
     first = next((s for s in touch.moved if s.thing.moves), None)
     return Constant() if first is None else amplitude_of(first)

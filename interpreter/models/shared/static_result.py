@@ -104,7 +104,8 @@ def describe_free_motion(X: Floats, d: Floats) -> str:
 def solver_report(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
     """Return the `solve` part of a report: history of iterations, last residual and number of load steps."""
     shown = [
-        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
+        {"phase": i.phase, "load": i.load, "residual": _finite_or_none(i.residual), "length": i.length}
+        for i in history[-200:]
     ]
     return {
         "iterations": len(history),
@@ -115,7 +116,7 @@ def solver_report(history: tuple[Iteration, ...], residual: float | None, steps:
     }
 
 
-def _number(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     """Return a value for a report; None if it is not finite."""
     return value if abs(value) < float("inf") else None
 
@@ -129,7 +130,7 @@ def solution_of(state: Equilibrium, displacement: Callable[[Floats], Floats]) ->
     known["started"] = state.started
     known |= {"critical_load": state.critical} if state.critical is not None else {}
     if state.condition is not None:
-        known |= {"condition": _number(state.condition), "rounding": state.rounding}
+        known |= {"condition": _finite_or_none(state.condition), "rounding": state.rounding}
     known |= state.facts
     if state.solved:
         return Solution("converged", None, known, displacement)

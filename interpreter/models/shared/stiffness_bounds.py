@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.varying_quadrature import ENOUGH, CellQuadrature, Functions
+from softmark.interpreter.models.shared.varying_quadrature import ENOUGH, CellQuadrature, FunctionsOfConstants
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.adaptive_quadrature import family_of
+from softmark.solvers.mesh.adaptive_quadrature import reference_cell_kind
 from softmark.solvers.mesh.mesh import Mesh
 
 LINES = 12  # number of lines through each cell, along each of its axes
@@ -34,7 +34,7 @@ ALL = 0.999  # of the stiffness: largest loss that is assumed
 
 
 @dataclass(frozen=True)
-class Softness:
+class StiffnessLoss:
     """Largest possible loss of stiffness of `cells` (k,) whose modulus varies within them.
 
     `loss` (k, 3) is the lost fraction of the modulus along each of three axes `ways` (k, 3, 3), whose rows have
@@ -60,19 +60,19 @@ class Moduli:
     spread: Floats
 
 
-def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
+def stiffness_loss(mesh: Mesh, functions: FunctionsOfConstants, seen: CellQuadrature) -> StiffnessLoss:
     """Return how far harmonic means of Young's modulus along lines are below its arithmetic means, by cell.
 
     The result is cached in the mesh.
     """
-    key = softness, functions.profiles, functions.kept
+    key = stiffness_loss, functions.profiles, functions.kept
     if key not in mesh.selections:
         mesh.selections[key] = _softness(mesh, functions, seen)
-    found: Softness = mesh.selections[key]
+    found: StiffnessLoss = mesh.selections[key]
     return found
 
 
-def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
+def _softness(mesh: Mesh, functions: FunctionsOfConstants, seen: CellQuadrature) -> StiffnessLoss:
     """Return how far harmonic means of Young's modulus along lines are below its arithmetic means, without a cache."""
     special = np.zeros(len(mesh.cells), dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(len(mesh.cells))
@@ -86,7 +86,7 @@ def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softnes
         places = fine.xi[own][np.searchsorted(weight, rng.uniform(0.0, weight[-1], LINES)).clip(max=len(weight) - 1)]
         for axis, way in enumerate(local[row]):
             loss[row, axis] = _line_mean_deficit(mesh, functions, cell, places, way, fine.xi[own, axis])
-    return Softness(cells, loss, ways, len(every) / max(1, len(cells)))
+    return StiffnessLoss(cells, loss, ways, len(every) / max(1, len(cells)))
 
 
 def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
@@ -97,26 +97,26 @@ def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
     """
     middle = mesh.element.gradient(np.array([mesh.element.centre]))[0]
     J = np.einsum("mai,aj->mij", mesh.points[mesh.cells[cells]], middle)
-    if family_of(mesh.element) == "hexahedra":
+    if reference_cell_kind(mesh.element) == "hexahedra":
         ways = J.swapaxes(1, 2)
         return np.broadcast_to(np.eye(3), J.shape), ways / np.linalg.norm(ways, axis=2, keepdims=True)
     return np.linalg.inv(J).swapaxes(1, 2), np.broadcast_to(np.eye(3), J.shape)
 
 
 def _line_mean_deficit(
-    mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats
+    mesh: Mesh, functions: FunctionsOfConstants, cell: int, places: Floats, way: Floats, known: Floats
 ) -> float:
     """Return 1 minus the mean ratio of harmonic to arithmetic mean of the modulus along lines in one cell.
 
     The lines have the local direction `way` (3,) and pass through the local points `places` (k, 3).
     """
-    sides, limits = SIDES[family_of(mesh.element)]
+    sides, limits = SIDES[reference_cell_kind(mesh.element)]
     with np.errstate(all="ignore"):
         reach = (limits - places @ sides.T) / (sides @ way)  # to the planes of the faces (k, f)
     low = np.where(sides @ way < 0.0, reach, -np.inf).max(axis=1)
     high = np.where(sides @ way > 0.0, reach, np.inf).min(axis=1)
     t = np.linspace(0.0, 1.0, EVEN)
-    if family_of(mesh.element) == "hexahedra":
+    if reference_cell_kind(mesh.element) == "hexahedra":
         t = np.unique(np.concatenate([t, 0.5 * (1.0 + known[:: max(1, len(known) // MORE)])]))
     s = low[:, None] + t * (high - low)[:, None]
     line = places[:, None] + s[:, :, None] * way
@@ -128,7 +128,7 @@ def _line_mean_deficit(
     return float(1.0 - np.clip(share, 0.0, 1.0).mean())
 
 
-def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> tuple[float, float]:
+def excess_and_total_energy(mesh: Mesh, u: Floats, modulus: Floats, found: StiffnessLoss | None) -> tuple[float, float]:
     """Return the possible excess of the strain energy of the cells, and their total strain energy, J.
 
     u (n, 3), m, are nodal displacements and `modulus` (m,), Pa, is the mean modulus of each cell. For the loss

@@ -10,7 +10,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.heterogeneous_material import Part, moduli_of, moduli_vary, stiffness_of
-from softmark.interpreter.models.shared.stiffness_bounds import ALL, Moduli, energies, pressure_energies, softness
+from softmark.interpreter.models.shared.stiffness_bounds import (
+    ALL,
+    Moduli,
+    excess_and_total_energy,
+    pressure_energies,
+    stiffness_loss,
+)
 from softmark.interpreter.models.shared.varying_quadrature import CellQuadrature
 from softmark.solvers.energies.energy import Floats
 
@@ -31,10 +37,10 @@ def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
             young = getattr(own.case.material, "young", None)
             if not isinstance(young, float | int):
                 return 0.0  # the energies of its parts cannot be compared
-            total += energies(own.mesh, u, np.full(len(own.mesh.cells), float(young)), None)[1]
+            total += excess_and_total_energy(own.mesh, u, np.full(len(own.mesh.cells), float(young)), None)[1]
             continue
-        found = softness(own.mesh, moduli_of(own.case.material, pressures), seen)
-        more, whole = energies(own.mesh, u, np.abs(seen.means[0]), found)
+        found = stiffness_loss(own.mesh, moduli_of(own.case.material, pressures), seen)
+        more, whole = excess_and_total_energy(own.mesh, u, np.abs(seen.means[0]), found)
         lost, total = lost + more, total + whole
     return min(ALL, lost / total) if total > 0.0 else 0.0
 

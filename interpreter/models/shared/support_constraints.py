@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.rigid_motions import AXES, free_motions, point_rows
+from softmark.interpreter.models.beam.rigid_motions import AXES, free_motions, rigid_motion_rows
 from softmark.interpreter.problem.body_case import Case, Fault, describe_extent, fault
 from softmark.interpreter.problem.symmetry_planes import must_lie_in_plane
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -155,7 +155,7 @@ def build_constraints(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Co
     return _constraints_at_fraction(case, mesh, measured, 1.0)
 
 
-def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
+def remaining_rigid_motions(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
     """Return descriptions of the rigid motions that remain free for a piece of the body.
 
     `piece` (n,) marks the nodes of the piece. `held` are the constraints of supports, and `more` are further constraint
@@ -184,7 +184,7 @@ def _constraints_at_fraction(case: Case, mesh: Mesh, measured: Mapping[str, Any]
     for support in case.supports:
         nodes = np.nonzero(selected_nodes(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh, nodes)
-        rows = point_rows(mesh.points[nodes] - held.centre, support.thing.components)
+        rows = rigid_motion_rows(mesh.points[nodes] - held.centre, support.thing.components)
         held.add_rows(np.repeat(nodes, len(support.thing.components)), rows)
         places = mesh.points[nodes] * (1.0, 1.0, 0.0) if case.planar else mesh.points[nodes]  # all z move as one
         moved = displacements(support, places, measured, share)

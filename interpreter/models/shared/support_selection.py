@@ -86,7 +86,7 @@ def select_supports(case: Case, mesh: Mesh) -> dict[str, SupportSelection]:
     return {support.name: select_support(support.thing.where, mesh) for support in case.supports}
 
 
-def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+def support_selection_warnings(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """Return warnings if the nodes that a support holds do not represent the region that it selects."""
     return tuple(
         _support_selection_warning(declared, name, own)
@@ -131,7 +131,7 @@ def _percent(share: float) -> str:
 
 
 @dataclass(frozen=True)
-class _Kind:
+class _MeshEntities:
     """Cells, facets or edges of a mesh, for measuring selections.
 
     `nodes` (m, k) are the nodes of each, `sizes` (m,) their volumes, areas or lengths, and `simplices` (m, s, c)
@@ -158,7 +158,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
         nodes[which] = selected_points(own, mesh.points[which], mesh.extent)
     wide = nodes.copy()
     volumes, areas = cells_of(mesh), _facets(mesh)
-    looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
+    looked = [(kind, selected_fractions(condition, kind, mesh)) for kind in (volumes, areas)]
     layer = _layer_fractions(*looked[0], nodes)
     if layer is not None and not layer[1] and looked[0][1].max() < MISSED < looked[1][1].max():
         looked, layer = looked[1:], None  # a selected surface, with a layer below it that is too thin to count
@@ -166,7 +166,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
         nodes[_free_nodes_of_selected_cells(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
         edges = _edges(mesh)
-        looked = [(edges, fractions(condition, edges, mesh))]
+        looked = [(edges, selected_fractions(condition, edges, mesh))]
     for kind, f in looked:
         wide[np.unique(kind.nodes[f > SMALL])] = True
     shares = [
@@ -194,11 +194,11 @@ def _free_nodes_of_selected_cells(condition: Condition, whole: Ints, held: Bools
     ends = ends[held[ends[:, 1]]]
     if not len(ends):
         return own
-    f = fractions(condition, _lines(ends, mesh), mesh)
+    f = selected_fractions(condition, _lines(ends, mesh), mesh)
     return np.setdiff1d(own, ends[f < 1.0 - ALONG, 0])
 
 
-def _layer_fractions(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
+def _layer_fractions(kind: _MeshEntities, f: Floats, nodes: Bools) -> tuple[float, float] | None:
     """Return the fractions of the mesh that are selected and held, for a selection that contains no whole cell.
 
     The result is None for other selections. f (m,) are the selected fractions of cells and `nodes` (n,) the held
@@ -210,7 +210,7 @@ def _layer_fractions(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float
     return (share, float(kind.sizes[spanned].sum()) / total) if thin else None
 
 
-def _spanned_fraction(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
+def _spanned_fraction(kind: _MeshEntities, f: Floats, nodes: Bools) -> tuple[float, float]:
     """Return the fraction of a selection that held nodes span, and the fraction that they span beyond its border.
 
     f (m,) are the selected fractions of cells and `nodes` (n,) marks the held nodes.
@@ -223,7 +223,7 @@ def _spanned_fraction(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, floa
     return (1.0 if held > 1.0 - WHOLE else held), beyond
 
 
-def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
+def cells_of(mesh: Mesh, depth: float = 0.0) -> _MeshEntities:
     """Return the cells of a mesh; for a body of revolution with a slice of `depth`, m, as whole rings."""
     corners = mesh.cells[:, : mesh.element.corners]
     simplices = corners[:, np.array(mesh.element.tetrahedra)]
@@ -233,24 +233,24 @@ def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
 
         parts = integrate_cells(mesh)
         sizes = (parts.w * circumference_in_slices(mesh.points[mesh.cells, 0] @ parts.N.T, depth)).sum(axis=1)
-    return _Kind(mesh.cells, sizes, simplices, cell_membership(mesh), depth > 0.0)
+    return _MeshEntities(mesh.cells, sizes, simplices, cell_membership(mesh), depth > 0.0)
 
 
-def _facets(mesh: Mesh) -> _Kind:
+def _facets(mesh: Mesh) -> _MeshEntities:
     """Return the facets of the surface."""
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
-    return _Kind(mesh.facets, areas, triangles, facet_membership(mesh))
+    return _MeshEntities(mesh.facets, areas, triangles, facet_membership(mesh))
 
 
-def _edges(mesh: Mesh) -> _Kind:
+def _edges(mesh: Mesh) -> _MeshEntities:
     """Return the edges of the surface triangles, each once."""
     sides = mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     return _lines(np.unique(np.sort(sides, axis=1), axis=0), mesh)
 
 
-def _lines(ends: Ints, mesh: Mesh) -> _Kind:
+def _lines(ends: Ints, mesh: Mesh) -> _MeshEntities:
     """Return the straight lines between pairs of nodes `ends` (m, 2) as entities of a mesh.
 
     A line belongs to a named group if both its ends do.
@@ -261,19 +261,19 @@ def _lines(ends: Ints, mesh: Mesh) -> _Kind:
         """Return which lines belong to a named group."""
         return np.asarray(node_membership(mesh)(name)[ends].all(axis=1))
 
-    return _Kind(ends, lengths, ends[:, None, :], members)
+    return _MeshEntities(ends, lengths, ends[:, None, :], members)
 
 
 # ------------------------------------------------------------------ fractions of cells
 
 
-def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+def selected_fractions(condition: Condition, kind: _MeshEntities, mesh: Mesh) -> Floats:
     """Return the fraction (m,), from 0 to 1, of each cell, facet or edge that a condition selects."""
     if condition.groups:
         known = np.zeros(len(kind.nodes))
         for alone, which in split_by_groups(condition, kind.members):
             part = replace(kind, nodes=kind.nodes[which], sizes=kind.sizes[which], simplices=kind.simplices[which])
-            known[which] = fractions(alone, part, mesh)
+            known[which] = selected_fractions(alone, part, mesh)
         return known
     number = np.repeat(np.arange(len(kind.nodes)), kind.simplices.shape[1])
     corners = kind.simplices.reshape(-1, kind.simplices.shape[2])
@@ -299,7 +299,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     return np.where(np.isnan(followed), found, followed)
 
 
-def _border_following_fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+def _border_following_fractions(condition: Condition, kind: _MeshEntities, mesh: Mesh) -> Floats:
     """Return selected fractions (m,) of curved cells that have a whole face on the border; nan for other cells.
 
     The part of such a cell beyond the border is thin: its volume is the integral of its depth over the face.

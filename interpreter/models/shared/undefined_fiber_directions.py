@@ -14,7 +14,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.interval_arithmetic import Values, bound_expression
+from softmark.interpreter.language.interval_arithmetic import ValueBounds, bound_expression
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.spatial_profiles import DirectionProfile
 from softmark.interpreter.problem.body_case import Case, fault
@@ -46,7 +46,7 @@ class UndefinedDirections:
     place: tuple[float, ...]
 
 
-def rules(material: Any) -> tuple[DirectionProfile, ...]:
+def direction_profiles(material: Any) -> tuple[DirectionProfile, ...]:
     """Return the fibre and sheet directions of a material that are given by expressions."""
     law = getattr(material, "passive", material)
     each = (getattr(m, name, None) for m in (material, law) for name in ("fibres", "sheets"))
@@ -75,7 +75,11 @@ def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bo
     volumes = np.abs(mesh.volumes)
     if axial:
         volumes = volumes * mesh.points[mesh.cells][:, : element.corners, 0].mean(axis=1)
-    share = CELLS[element.linear].shape(element.child_corners().reshape(-1, 3)).reshape(-1, element.corners, element.corners)
+    share = (
+        CELLS[element.linear]
+        .shape(element.child_corners().reshape(-1, 3))
+        .reshape(-1, element.corners, element.corners)
+    )
     corners = np.broadcast_to(element.places()[: element.corners], (len(mesh.cells), element.corners, 3))
     which, without, places = np.arange(len(mesh.cells)), 0.0, np.empty((0, 3))
     for depth in range(DEEP + 1):
@@ -138,7 +142,7 @@ def _cell_volumes(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     return found
 
 
-def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[Values]:
+def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[ValueBounds]:
     """Return interval bounds of each component of the direction over parts of cells with corners X (n, c, 3), m."""
     low, high = X.min(axis=1), X.max(axis=1)
     if curved:
@@ -195,7 +199,7 @@ def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 def _undefined_directions_of_material(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, UndefinedDirections]]:
     """Yield each direction of the material that is undefined somewhere, with the part of the mesh concerned."""
-    for rule in rules(case.material):
+    for rule in direction_profiles(case.material):
         found = undefined_directions(rule, mesh, case.depth > 0.0)
         if found is not None:
             yield rule, found

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.beam.rigid_motions import point_rows
+from softmark.interpreter.models.beam.rigid_motions import rigid_motion_rows
 from softmark.interpreter.models.shared.support_constraints import (
     Constraints,
     build_constraints,
     join_motions,
-    left_free,
+    remaining_rigid_motions,
     unsupported_fault,
 )
 from softmark.interpreter.problem.body_case import Case
@@ -31,7 +31,7 @@ from softmark.solvers.statics.free_body_stabilization import GONE
 
 if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats
-    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.mesh.element_interpolation import IntegrationPoints
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
@@ -70,12 +70,12 @@ class UnsupportedBody:
             for name, contact in contacts.items()
             if len(rows := self._contact_constraint_rows(contact, u, piece))
         }
-        left = left_free(self.held, piece, [*pressing.values()])
+        left = remaining_rigid_motions(self.held, piece, [*pressing.values()])
         adrift = join_motions(left) if left else ""
         by = " and ".join(f"`{name}`" for name in pressing)
         body = f"`{self.held.case.body.name}`"
         what = body if self.whole else f"a piece of {body}"
-        problem = f"supports leave {what} free to {join_motions(left_free(self.held, piece, []))}: "
+        problem = f"supports leave {what} free to {join_motions(remaining_rigid_motions(self.held, piece, []))}: "
         problem += f"only {by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
         stays = f"; it is still free to {adrift} and stays at its initial position there" if adrift else ""
         remedy = "only an artificial spring holds it in place: move the body or surface that should touch it closer"
@@ -95,7 +95,7 @@ class UnsupportedBody:
             if isinstance(contact, DynamicPatternEnergy)
             else _pressed_points(contact, u, piece)
         )
-        moved = point_rows(X - self.held.centre, (0, 1, 2)).reshape(-1, 3, 6)
+        moved = rigid_motion_rows(X - self.held.centre, (0, 1, 2)).reshape(-1, 3, 6)
         return np.concatenate([np.einsum("pi,pij->pj", n, moved), moved[sticks].reshape(-1, 6)])
 
 
@@ -126,7 +126,7 @@ def _pressed_samples(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Flo
 
 
 def find_unsupported_body(
-    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+    case: Case, mesh: Mesh, parts: IntegrationPoints, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> UnsupportedBody | None:
     """Return the stabilization of a body that supports leave free; None if supports hold every piece.
 
@@ -134,11 +134,11 @@ def find_unsupported_body(
     """
     held = build_constraints(case, mesh, measured)
     every = _pieces(mesh, beds)
-    free = np.array([piece for piece in every if left_free(held, piece, [])])
+    free = np.array([piece for piece in every if remaining_rigid_motions(held, piece, [])])
     if not len(free):
         return None
     if not (case.contacts or any(isinstance(bed, DynamicPatternEnergy) for bed in beds.values())):
-        raise unsupported_fault(case, "a piece of it", left_free(held, free[0], []))
+        raise unsupported_fault(case, "a piece of it", remaining_rigid_motions(held, free[0], []))
     each = np.repeat(parts.w.sum(axis=1) / mesh.cells.shape[1], mesh.cells.shape[1])
     volumes = np.bincount(mesh.cells.ravel(), each, len(mesh.points)).astype(np.float64) * free.any(axis=0)
     spring = WEAKEST * case.largest_young * mesh.extent

@@ -20,8 +20,8 @@ from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.field_files import bounds as bounds_of_field
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.adaptive_quadrature import FineRule, adaptive_rule, family_of
-from softmark.solvers.mesh.element_interpolation import Integration, Rule, integrate_cells
+from softmark.solvers.mesh.adaptive_quadrature import FineRule, adaptive_rule, reference_cell_kind
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, Rule, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.positive_quadrature import reduce_rules
 
@@ -37,7 +37,7 @@ Look = Callable[[Profile, Floats], Floats]  # function that returns a constant a
 
 
 @dataclass(frozen=True)
-class Functions:
+class FunctionsOfConstants:
     """Functions of material constants to be integrated over cells.
 
     `values` returns the functions (g, n) at points (n, 3), m, and `bounds` their bounds over boxes. The first
@@ -60,7 +60,7 @@ class Functions:
         return np.array([float(axis in used) for axis in range(3)])
 
 
-def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -> Functions:
+def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -> FunctionsOfConstants:
     """Return the moduli of a material and their inverses as functions to be integrated.
 
     The modulus is E if Poisson's ratio is a single number, else mu and K. With `pressures` as unknowns, the
@@ -78,7 +78,7 @@ def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -
             a, b = _bounds(young, low, high)
             return np.stack([a, _safe_inverse(b)]), np.stack([b, _safe_inverse(a)])
 
-        return Functions(varying, alone, alone_bounds, 2 if pressures else 1, ((0, 1),))
+        return FunctionsOfConstants(varying, alone, alone_bounds, 2 if pressures else 1, ((0, 1),))
 
     def each(X: Floats) -> Floats:
         E, nu = (look(c, X) if isinstance(c, Profile) else np.full(len(X), float(c)) for c in (young, poisson))
@@ -95,10 +95,10 @@ def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -
         rows = [mu, second, (_safe_inverse(mu[1]), _safe_inverse(mu[0]))] + ([] if pressures else [last])
         return np.stack([r[0] for r in rows]), np.stack([r[1] for r in rows])
 
-    return Functions(varying, each, each_bounds, 2, ((0, 2),) if pressures else ((0, 2), (1, 3)))
+    return FunctionsOfConstants(varying, each, each_bounds, 2, ((0, 2),) if pressures else ((0, 2), (1, 3)))
 
 
-def constant_functions(profile: Profile, look: Look) -> Functions:
+def constant_functions(profile: Profile, look: Look) -> FunctionsOfConstants:
     """Return a single constant, such as a density or a muscle tension, as a function with bounds for quadrature."""
 
     def values(X: Floats) -> Floats:
@@ -108,7 +108,7 @@ def constant_functions(profile: Profile, look: Look) -> Functions:
         a, b = _bounds(profile, low, high)
         return a[None], b[None]
 
-    return Functions((profile,), values, bounds, 1, ())
+    return FunctionsOfConstants((profile,), values, bounds, 1, ())
 
 
 def _moduli(E: Floats, nu: Floats, pressures: bool) -> Floats:
@@ -158,11 +158,11 @@ class CellRule:
         J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
         return self.xi, self.w / np.linalg.det(J)
 
-    def integration(self, mesh: Mesh) -> Integration:
+    def integration(self, mesh: Mesh) -> IntegrationPoints:
         """Return gradients, volumes and shape functions N (m, q, a) at the points of each cell."""
         dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
         J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
-        return Integration(np.ascontiguousarray(dN @ np.linalg.inv(J)), self.w, self.shape(mesh))
+        return IntegrationPoints(np.ascontiguousarray(dN @ np.linalg.inv(J)), self.w, self.shape(mesh))
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ class CellQuadrature:
 def degree_of(mesh: Mesh, mass: bool) -> int:
     """Return the polynomial degree of the integrand of stiffness or, if `mass`, of the mass matrix."""
     element = mesh.element
-    simplex = family_of(element) == "tetrahedra"
+    simplex = reference_cell_kind(element) == "tetrahedra"
     stiff = 2 * (element.order - 1) if simplex else 2 * element.order + (element.order == 1)
     stiff = max(stiff, max(map(sum, element.monomials)) - 1)  # exact for uniform strain
     return max(2 * element.order, stiff) if mass else stiff
@@ -199,7 +199,7 @@ def degree_of(mesh: Mesh, mass: bool) -> int:
 
 def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
     """Return the Legendre polynomials (n, k) up to a total `degree` at local points xi (n, 3)."""
-    family = family_of(mesh.element)
+    family = reference_cell_kind(mesh.element)
     t = xi.copy()
     t[:, : {"hexahedra": 0, "wedges": 2, "tetrahedra": 3}[family]] *= 2.0
     t[:, : {"hexahedra": 0, "wedges": 2, "tetrahedra": 3}[family]] -= 1.0
@@ -208,7 +208,7 @@ def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
     return np.stack([along[i, :, 0] * along[j, :, 1] * along[k, :, 2] for i, j, k in powers], axis=1)
 
 
-def choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> CellQuadrature:
+def choose_quadrature(mesh: Mesh, functions: FunctionsOfConstants, own: Rule, mass: bool) -> CellQuadrature:
     """Return the quadrature of functions over the cells of a mesh, and its errors. The result is cached in the mesh.
 
     `own` is the quadrature of the element; cells keep it where it is accurate enough. Errors of evaluating a
@@ -221,12 +221,12 @@ def choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -
     return found
 
 
-def key_of(functions: Functions, own: Rule, mass: bool) -> Any:
+def key_of(functions: FunctionsOfConstants, own: Rule, mass: bool) -> Any:
     """Return the key under which the result of `choose_quadrature` is cached in `selections` of a mesh."""
     return choose_quadrature, functions.profiles, functions.kept, len(own[1]), mass
 
 
-def _choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> CellQuadrature:
+def _choose_quadrature(mesh: Mesh, functions: FunctionsOfConstants, own: Rule, mass: bool) -> CellQuadrature:
     """Return the quadrature of functions over the cells of a mesh, and its errors, without a cache."""
     count = len(mesh.cells)
     middle = np.einsum("a,mai->mi", mesh.element.shape(np.array([mesh.element.centre]))[0], mesh.points[mesh.cells])

@@ -24,7 +24,7 @@ from softmark.interpreter.models.shared.perturbed_start import Disturbance, dist
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, build_solid_dynamics
 from softmark.interpreter.models.shared.support_constraints import solid_supports
-from softmark.interpreter.models.shared.support_selection import held_notes
+from softmark.interpreter.models.shared.support_selection import support_selection_warnings
 from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, MassSpring, Uniform
 from softmark.interpreter.models.spring_network.stiffness_calibration import (
     Fit,
@@ -42,7 +42,7 @@ from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.linear import factorisations
 from softmark.solvers.materials.small_strain import SmallStrain
-from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
+from softmark.solvers.mesh.element_interpolation import IntegrationPoints, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.spring_edges import SpringNetwork, build_spring_network
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
@@ -62,7 +62,7 @@ class PreparedSprings(MeshBasedModel):
     declared: Declared
     shape: Shape
     mesh: Mesh
-    parts: Integration
+    parts: IntegrationPoints
     springs: Springs
     problem: Statics
     size: dict[str, int]
@@ -170,7 +170,7 @@ def warm_kernels() -> None:
 
 
 @dataclass(frozen=True)
-class MovingSprings(PreparedMotion):
+class SpringNetworkDynamics(PreparedMotion):
     """Dynamic analysis of a spring network, which reports its springs as the static network does."""
 
     static: PreparedSprings
@@ -203,7 +203,7 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildCo
         *volume_note(declared, case, mesh),
         *sliver_note(declared, model.mesh or case.shape, mesh),
         *filled_notes(declared, case, mesh),
-        *held_notes(declared, case, mesh),
+        *support_selection_warnings(declared, case, mesh),
     )
     shape = model.mesh or case.shape
     built = PreparedSprings(model, declared, shape, mesh, parts, springs, problem, size, notes)
@@ -215,13 +215,13 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildCo
     return _build_dynamics(built, case) if isinstance(case.analysis, Dynamic) else built
 
 
-def _build_dynamics(built: PreparedSprings, case: Case) -> MovingSprings:
+def _build_dynamics(built: PreparedSprings, case: Case) -> SpringNetworkDynamics:
     """Build the dynamic analysis of a spring network. Raises Fault."""
     mesh, declared = built.mesh, built.declared
     moving = build_solid_dynamics(
         built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem
     )
-    return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
+    return SpringNetworkDynamics(built, declared, moving.analysis, moving.problem, mesh)
 
 
 def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) -> Springs:
@@ -233,7 +233,9 @@ def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) ->
     return Springs(net.edges, D, k)
 
 
-def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
+def statics_of(
+    case: Case, mesh: Mesh, parts: IntegrationPoints, springs: Springs, measured: Mapping[str, Any]
+) -> Statics:
     """Return the static problem of springs, with the supports and loads of a solid on the same mesh. Raises Fault."""
     fixed, target, way = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
@@ -277,14 +279,14 @@ def _metric_at_factor(factor: float, built: PreparedSprings, trial: Statics, tar
     springs = replace(built.springs, k=factor * built.springs.k)
     assembly = trial.assembly.with_internal([springs])
     try:
-        found = equilibrium(replace(trial, assembly=assembly, watch=_Patience().watch))
+        found = equilibrium(replace(trial, assembly=assembly, watch=_IterationLimit().watch))
     except NotConverged:
         return None
     return target.measure(displacement_of(built.mesh, found.x.reshape(-1, 3)))
 
 
 @dataclass
-class _Patience:
+class _IterationLimit:
     """Limit on the Newton iterations of one trial of the stiffness fit.
 
     A network that collapses may need hundreds of iterations.

@@ -11,7 +11,7 @@ from functools import reduce
 
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
 from softmark.solvers.mesh import polygons
-from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.boolean_shapes import BooleanShape
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.polygons import Corners, Place
 from softmark.solvers.mesh.revolved_bodies import ON_AXIS, Revolution
@@ -31,7 +31,7 @@ def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
     With `closed` the border of the shape is included.
     """
     below = "<=" if closed else "<"
-    if isinstance(shape, Combined):
+    if isinstance(shape, BooleanShape):
         return _inside_combined_shape(shape, at, closed)
     if isinstance(shape, Box):
         return _all_conditions(
@@ -57,7 +57,7 @@ def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
     return None
 
 
-def _inside_combined_shape(shape: Combined, at: Point, closed: bool) -> Condition | None:
+def _inside_combined_shape(shape: BooleanShape, at: Point, closed: bool) -> Condition | None:
     taken = shape.operation == "difference"
     one, other = inside_condition(shape.one, at, closed), inside_condition(shape.other, at, closed != taken)
     if one is None or other is None:
@@ -78,7 +78,8 @@ def _inside_round_body(shape: RoundBody, at: Point, below: str) -> Condition:
     if shape.hollow_ratio:
         found.append(
             _below_zero_condition(
-                _scaled_term(_term_minus_value(square, shape.hollow_ratio**2), half / shape.hollow_ratio).negated(), below
+                _scaled_term(_term_minus_value(square, shape.hollow_ratio**2), half / shape.hollow_ratio).negated(),
+                below,
             )
         )
     return _all_conditions(

@@ -33,7 +33,7 @@ INSIDE = (8, 8, 8, 8, 5, 5, 5, 5, 3)  # along each side of a triangle of so many
 
 
 @dataclass
-class Points:
+class FacetQuadraturePoints:
     """Quadrature points over parts of facets: facets (k,), local points (k, 2), weights (k,) in local area."""
 
     f: list[Ints] = field(default_factory=list)
@@ -67,7 +67,7 @@ def _ray_quadrature(along: int, across: int) -> tuple[Floats, Floats, Floats]:
     return np.tile(s, across), np.repeat(t, along), np.outer(v, u).ravel()
 
 
-def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> None:
+def add_selected_parts(asked: ConditionOnPatches, f: Ints, tri: Floats, points: FacetQuadraturePoints) -> None:
     """Add the selected parts of triangles (n, 3, 2) of facets f (n,) to `points`."""
     for depth in range(DEPTH + 1):
         looked = asked.look(f, tri)
@@ -97,7 +97,9 @@ def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> N
         points.left.append((f, tri.mean(axis=1), np.abs(areas(tri))))
 
 
-def _add_selected_triangles(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points, depth: int) -> None:
+def _add_selected_triangles(
+    asked: ConditionOnPatches, f: Ints, tri: Floats, points: FacetQuadraturePoints, depth: int
+) -> None:
     if len(f):
         inside = asked.holds(f, asked.patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
         points.triangles(f[inside], tri[inside], depth)
@@ -148,7 +150,9 @@ def _meets_side_only(asked: ConditionOnPatches, looked: BorderBounds, b: int, so
     return found
 
 
-def _integrate_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
+def _integrate_rays(
+    asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: FacetQuadraturePoints, depth: int
+) -> Mask:
     """Add quadrature points of the selected parts of n triangles; return a mask (n,) of successes.
 
     Border number b separates the first corner of each triangle `tri` (n, 3, 2) from the other two corners. `f` (n,) are

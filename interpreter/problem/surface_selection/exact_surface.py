@@ -15,7 +15,7 @@ from softmark.interpreter.problem.surface_selection.facet_patches import Conditi
 from softmark.interpreter.problem.surface_selection.selected_facets import Part, select_patches
 from softmark.interpreter.problem.surface_selection.sphere_selection import select_curved_side, symmetry_cuts
 from softmark.records import dataclass
-from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.boolean_shapes import BooleanShape
 from softmark.solvers.mesh.curved_boundary import ConeSide, CylinderSide, EllipsoidSide
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.polygons import edges
@@ -71,7 +71,7 @@ def select_surface(shape: Shape, condition: Condition) -> tuple[float, Floats] |
 
 def volume(shape: Shape) -> float | None:
     """Return the volume of a single or combined shape, m^3, by the divergence theorem; None if it is not known."""
-    if not isinstance(shape, Combined):
+    if not isinstance(shape, BooleanShape):
         return shape.volume
     found = _measure_surface(shape, EVERYWHERE)
     return found and found[2] / 3.0
@@ -85,20 +85,23 @@ def _measure_surface(shape: Shape, condition: Condition) -> Measured | None:
     return _add_up([piece.measure(condition, shape.diagonal) for piece in found])
 
 
-def limit_of_facet_area(shape: Combined, condition: Condition, size: float) -> float | None:
+def limit_of_facet_area(shape: BooleanShape, condition: Condition, size: float) -> float | None:
     """Return the limit of facet areas, m^2, as cells of the given `size`, m, are halved; None with named groups.
 
     Each halving reduces the error to a fourth. This is used for parts without exact surfaces. Raises UnreadableMesh.
     """
     if condition.groups:
         return None
-    areas = [_selected_flat_part(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.coarse_and_fine_surfaces(size)]
+    areas = [
+        _selected_flat_part(own.points[own.triangles], condition, shape.diagonal)[0]
+        for own in shape.coarse_and_fine_surfaces(size)
+    ]
     return areas[1] + (areas[1] - areas[0]) / 3.0
 
 
 def pieces(shape: Shape) -> list[Piece] | None:
     """Return all pieces of a shape's surface; None for mesh files and curved axes."""
-    if isinstance(shape, Combined):
+    if isinstance(shape, BooleanShape):
         return _combined_pieces(shape)
     if isinstance(shape, Box):
         return [_flat_piece(corners[None]) for corners in _faces(shape)]
@@ -117,7 +120,7 @@ def pieces(shape: Shape) -> list[Piece] | None:
     return None
 
 
-def _combined_pieces(shape: Combined) -> list[Piece] | None:
+def _combined_pieces(shape: BooleanShape) -> list[Piece] | None:
     """Return the surface pieces of a combined shape: parts of each shape's surface outside or inside the other shape.
 
     Where both surfaces coincide, the first counts if both bodies lie on the same side (on opposite sides for a
@@ -130,7 +133,7 @@ def _combined_pieces(shape: Combined) -> list[Piece] | None:
     union, taken = shape.operation == "union", shape.operation == "difference"
     beside = BESIDE * shape.diagonal
     same = (beside,) if union else (-beside,)
-    both = (-beside, beside) if isinstance(shape.one, Combined) else ()
+    both = (-beside, beside) if isinstance(shape.one, BooleanShape) else ()
     found = [_restrict_piece(piece, shape.other, union or taken, same) for piece in first]
     found += [_restrict_piece(piece.reversed_piece() if taken else piece, shape.one, union, both) for piece in second]
     return None if None in found else [piece for piece in found if piece is not None]

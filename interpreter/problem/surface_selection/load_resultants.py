@@ -20,7 +20,7 @@ from softmark.interpreter.vocabulary.loads.load import Action
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.elements import WORDS, find_element
-from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.boolean_shapes import BooleanShape
 
 SHOWN = 1e-3  # relative load error below which no warning is given
 CURVED = "use a smaller size, or tet10, whose facets are curved"
@@ -83,7 +83,7 @@ def _converged_facet_area(case: Case, where: Condition, mesh: Any) -> float | No
     made = getattr(mesh, "filling", None)
     return (
         limit_of_facet_area(case.shape, where, made.size)
-        if made is not None and isinstance(case.shape, Combined)
+        if made is not None and isinstance(case.shape, BooleanShape)
         else None
     )
 

@@ -128,7 +128,9 @@ class LoadedSurface:
     def area_with_depth(self, depth: float) -> float:
         """Return the selected area, m^2; with a `depth`, m, that of whole rings of a body of revolution."""
         found = np.zeros_like(self.points)
-        self.add_load_forces(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
+        self.add_load_forces(
+            found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth
+        )
         return float(found[:, 0].sum())
 
     @property

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.surface_selection.curved_triangle_parts import Points, follow
+from softmark.interpreter.problem.surface_selection.curved_triangle_parts import (
+    FacetQuadraturePoints,
+    add_selected_parts,
+)
 from softmark.interpreter.problem.surface_selection.facet_patches import (
     ConditionOnPatches,
     Floats,
@@ -67,10 +70,10 @@ def select_patches(asked: ConditionOnPatches) -> Part:
 
 
 def _select_from_triangles(asked: ConditionOnPatches, whole: Ints, f: Ints, tri: Floats) -> Part:
-    points, patches = Points(), asked.patches
+    points, patches = FacetQuadraturePoints(), asked.patches
     flat: Mask = patches.affine[f] if patches.out is None else np.zeros(len(f), dtype=np.bool_)
     own, pieces = cut_along_planes(asked, f[flat], tri[flat])
-    follow(asked, np.concatenate([own, f[~flat]]), np.concatenate([pieces, tri[~flat]]), points)
+    add_selected_parts(asked, np.concatenate([own, f[~flat]]), np.concatenate([pieces, tri[~flat]]), points)
     left = sum(float(np.linalg.norm(patches.area(g, at), axis=1) @ a) for g, at, a in points.left)
     if not points.f:
         return Part(whole, whole[:0], np.zeros((0, 2)), np.zeros(0), left)

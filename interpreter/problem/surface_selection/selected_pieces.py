@@ -48,7 +48,9 @@ def cut_pieces(pieces: Pieces, border: Border, extent: float, halved: bool = Tru
     dimension = pieces.corners.shape[1] - 1
     for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
         beside = crossed_simplices(border, pieces.corners, extent)
-        pieces = join_pieces(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).bisect_longest_edges())
+        pieces = join_pieces(
+            pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).bisect_longest_edges()
+        )
     beside = crossed_simplices(border, pieces.corners, extent)
     rest, crossed = pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside))
     return join_pieces(rest, crossed.cut(_level(border), slack_of(border, extent), border.plane is None))

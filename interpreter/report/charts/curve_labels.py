@@ -50,7 +50,7 @@ def place_labels(paths: Sequence[Path], names: Sequence[str | None], area: Box) 
     """
     named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
     ends = {i: [p for p in paths[i] if p][-1] for i in named}
-    room = _Room(area, {i: [p for p in densify(paths[i]) if _is_inside(p, area)] for i in named}, ends)
+    room = _OccupiedArea(area, {i: [p for p in densify(paths[i]) if _is_inside(p, area)] for i in named}, ends)
     found = {}
     for i in named:
         crowd = any(math.dist(ends[i], ends[j]) < CLOSE for j in named if j != i)
@@ -60,7 +60,7 @@ def place_labels(paths: Sequence[Path], names: Sequence[str | None], area: Box) 
     return found
 
 
-class _Room:
+class _OccupiedArea:
     """Parts of the plot that are occupied by curves, their ends, names and leader lines."""
 
     def __init__(self, area: Box, curves: dict[int, list[Point]], ends: dict[int, Point]) -> None:
@@ -108,10 +108,10 @@ class _Room:
             return 0.0
         steps = np.array(_points_between(*place.line, 3.0))
         others = self.owners != index
-        crossed = len(np.unique(self.owners[others][_points_near(self.points[others], steps, 4.0)]))
-        wrong = int(_points_near(self.ends[self.named != index], steps, 9.0).sum())
+        crossed = len(np.unique(self.owners[others][_near_points_mask(self.points[others], steps, 4.0)]))
+        wrong = int(_near_points_mask(self.ends[self.named != index], steps, 9.0).sum())
         covered = sum(bool(_are_inside_box(steps, box).any()) for box in self.taken)
-        tangled = bool(_points_near(self.lines, steps, 5.0).any())
+        tangled = bool(_near_points_mask(self.lines, steps, 5.0).any())
         return _leader_line_length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
 
 
@@ -125,7 +125,7 @@ def _are_inside_box(points: Any, box: Box) -> Any:
     return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])
 
 
-def _points_near(points: Any, steps: Any, reach: float) -> Any:
+def _near_points_mask(points: Any, steps: Any, reach: float) -> Any:
     """Return booleans (n,): which points (n, 2) are closer than `reach` to one of the points `steps` (k, 2).
 
     All lengths are in pixels.

@@ -127,7 +127,7 @@ def _text(words: str, x: float, y: float, anchor: str, **attributes: object) -> 
     return tag("text", text(words), x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, **attributes)
 
 
-def sample(look: CurveStyle) -> str:
+def legend_sample_svg(look: CurveStyle) -> str:
     """Return the SVG of a short piece of a curve for a legend; it is hidden from screen readers."""
     line = tag("g", tag("path", d="M1 7H37"), stroke_dasharray=look.dash or None)
     mark = tag("path", class_="mark", d=MARKERS[look.marker](19, 7)) if look.marker in MARKERS else ""

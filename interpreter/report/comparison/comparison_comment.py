@@ -34,7 +34,9 @@ def comment(changes: Changes, limit: int = LIMIT) -> str:
     counts = [f"{len(t.rows)} {t.noun[:-1] if len(t.rows) == 1 else t.noun}" for t in tables if t.rows]
     said = f"Changed: {', '.join(counts)}." if counts else NOTHING
     head = f"**{' → '.join(map(code, changes.files))}.** {said}"
-    return document(head, tables, "\n\n".join(filter(None, (_noise(changes), _possible_causes(changes)))), limit)
+    return document(
+        head, tables, "\n\n".join(filter(None, (_unclear_changes_sentence(changes), _possible_causes(changes)))), limit
+    )
 
 
 def _verdict_rows(changes: Changes) -> list[Row]:
@@ -85,7 +87,7 @@ def _time_row(change: TimeChange) -> Row:
     return clock, code(change.name), format_time_spread(change.old), format_time_spread(change.new), said
 
 
-def _noise(changes: Changes) -> str:
+def _unclear_changes_sentence(changes: Changes) -> str:
     """Return a sentence that counts the changes without a clear meaning.
 
     These are changes below the uncertainty of their references, and changes of times whose noise is unknown.

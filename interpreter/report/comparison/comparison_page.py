@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 from softmark.interpreter.report.comparison import comparison_tables, cost_figure, study_answers
 from softmark.interpreter.report.comparison.comparison_view import SceneView, separate_problems_note, status_of, views
-from softmark.interpreter.report.comparison.work_precision_diagram import Diagram, has_step_times, key
+from softmark.interpreter.report.comparison.work_precision_diagram import Diagram, diagram_legend, has_step_times
 from softmark.interpreter.report.page.figure_frame import details
-from softmark.interpreter.report.page.html_document import document, moment
+from softmark.interpreter.report.page.html_document import date_html, document
 from softmark.interpreter.report.page.html_markup import count, join_names, prose, section, strip_backticks, tag, text
 from softmark.interpreter.report.run.tables.provenance_table import scene_listing, table_of
 from softmark.interpreter.study.analysis.comparison_advice import Advice
@@ -53,7 +53,7 @@ def conclusion(own: Sequence[SceneView]) -> str:
 
 
 def _header(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    where = [moment(comparison.created), text(comparison.environment.get("cpu") or "")]
+    where = [date_html(comparison.created), text(comparison.environment.get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark comparison", class_="eyebrow")
     said = tag("p", prose(conclusion(own)), class_="conclusion")
@@ -76,7 +76,9 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
         items = [tag("li", _recommendation_html(a), class_=None if a.winner else "none") for a in view.analysis.advice]
         said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.no_advice_reason), class_="quiet")
         rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
-        blocks.append(_with_scene_title(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
+        blocks.append(
+            _with_scene_title(view, own, said + "".join(rest) + cost_figure.timing_quality_html(view, allowed))
+        )
     said = separate_problems_note(own)
     blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
     return "".join(blocks) or tag("p", "No recommendation is possible.", class_="quiet")
@@ -113,7 +115,7 @@ def _figures(view: SceneView) -> str:
         if view.timed
         else "No times were measured, so errors are plotted against the number of unknowns."
     )
-    return tag("p", lead, class_="lead") + key(view) + "".join(figures)
+    return tag("p", lead, class_="lead") + diagram_legend(view) + "".join(figures)
 
 
 def _failures(view: SceneView) -> str:

@@ -35,7 +35,7 @@ def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, w
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
 
-def errors(comparison: ComparisonRecord, colour: bool) -> str:
+def error_tables(comparison: ComparisonRecord, colour: bool) -> str:
     """Return the tables of errors for the terminal before anything is timed, without a recommendation."""
     paint, room = _terminal_settings(colour, None)
     each = (

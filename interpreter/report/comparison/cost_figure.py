@@ -97,7 +97,7 @@ def _csv_link(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[s
     return csv_link(f"{view.scene}-costs", header, rows)
 
 
-def quality(view: SceneView, allowed: bool = False) -> str:
+def timing_quality_html(view: SceneView, allowed: bool = False) -> str:
     """Return sentences on the reliability of the timings as HTML; `allowed` is true if disturbed timings count."""
     known = view.analysis.timing
     if not known.timed:

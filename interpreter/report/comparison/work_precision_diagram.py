@@ -19,7 +19,7 @@ from softmark.interpreter.report.charts.curve_labels import Point as Place
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, status_of
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, figure_block
+from softmark.interpreter.report.page.figure_frame import SHOWN, ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import count, prose, strip_backticks, tag, text
 from softmark.interpreter.study.analysis.comparison_analysis import ErrorAnalysis
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread
@@ -100,9 +100,19 @@ class Diagram:
             return tag("p", prose(said), class_="quiet")
         frame = "-frame" if self.frames else ""
         chart = Chart(
-            f"work-{self.view.number}-{self.number}{frame}", self.title, self._description(), self.across, self.error_axis,
-            WIDTH, HEIGHT, tuple(self._curves()), left=LEFT, top=TOP, right=24.0, bottom=60.0,
-        )  # fmt: skip
+            f"work-{self.view.number}-{self.number}{frame}",
+            self.title,
+            self._description(),
+            self.across,
+            self.error_axis,
+            WIDTH,
+            HEIGHT,
+            tuple(self._curves()),
+            left=LEFT,
+            top=TOP,
+            right=24.0,
+            bottom=60.0,
+        )
         chart = replace(chart, under=Overlay(self, chart).markup())
         shown = [line.name for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
         return figure_block(chart, prose(self._caption(shown)), self._columns(), self._csv_link(), open_=shown)
@@ -164,7 +174,8 @@ class Diagram:
 
     def _description(self) -> str:
         front = ", ".join(strip_backticks(name) for name in self._front()) or "empty"
-        return f"Error and cost of {count(len(self.drawable_rows), 'configuration')}; Pareto front, fastest first: {front}."
+        configurations = count(len(self.drawable_rows), "configuration")
+        return f"Error and cost of {configurations}; Pareto front, fastest first: {front}."
 
     def _caption(self, shown: Sequence[str] | None) -> str:
         front = self._front()
@@ -191,7 +202,9 @@ class Diagram:
     def _error_and_effort_scales(self) -> tuple[Scale, Scale]:
         efforts = [row.effort.median for row in self.drawable_rows if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
-        return choose_scale([row.error for row in self.drawable_rows], self.known.unit, True), choose_scale(efforts, unit)
+        return choose_scale([row.error for row in self.drawable_rows], self.known.unit, True), choose_scale(
+            efforts, unit
+        )
 
     @property
     def _symbols(self) -> tuple[str, ...]:
@@ -201,10 +214,10 @@ class Diagram:
         return ("unknowns", error.heading("error"), *(times if self.clock != UNKNOWNS else ()),
                 "iterations", "solver", "status")  # fmt: skip
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         names = [(row.point.label,) for row in self.rows]
         cells = [self._cells(row) for row in self.rows]
-        return [PlateColumn("configuration", ("configuration",), names), PlateColumn(self.metric, self._symbols, cells)]
+        return [ColumnGroup("configuration", ("configuration",), names), ColumnGroup(self.metric, self._symbols, cells)]
 
     def _cells(self, row: _Row) -> tuple[str, ...]:
         (error, effort), point, spread = self._error_and_effort_scales, row.point, row.effort
@@ -370,7 +383,7 @@ KEY = (
 )
 
 
-def key(view: SceneView) -> str:
+def diagram_legend(view: SceneView) -> str:
     """Return the HTML legend of the marks that occur in the diagrams of a scene."""
     fronts = any(own.front for own in view.metrics.values())
     there = {

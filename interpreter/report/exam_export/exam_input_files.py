@@ -21,17 +21,17 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import in_state, states_of
-from softmark.interpreter.models.external.exporters import FORMATS, form
-from softmark.interpreter.models.external.exporters.named_parts import Named, named_of
+from softmark.interpreter.models.external.exporters import FORMATS, import_format
+from softmark.interpreter.models.external.exporters.named_parts import NamedParts, collect_named_parts
 from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.external.external_problem import ExternalMaterial, Problem
 from softmark.interpreter.models.external.problem_transfer import (
     NotTransferable,
     Reason,
     problem_of,
-    reasons,
-    reasons_of_loads,
-    reasons_of_mesh,
+    untransferable_case_features,
+    untransferable_features,
+    untransferable_loads,
 )
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
@@ -46,11 +46,11 @@ NAMELESS = (
     "regions with their own material are exported by name; other regions only as the nodes that they hold or load"
 )
 
-Told = list[tuple[Problem, Named]]
+Told = list[tuple[Problem, NamedParts]]
 
 
 @dataclass(frozen=True)
-class Exported:
+class ExportResult:
     """Result of an export: the folder, its files, and the things that were left out, with the reasons."""
 
     folder: Path
@@ -58,7 +58,7 @@ class Exported:
     left: tuple[Reason, ...]
 
 
-def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: RunOptions) -> Exported:
+def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: RunOptions) -> ExportResult:
     """Export the models of a scene, by default all, in the format `to`, together with the exam sheet.
 
     `only` are the names of requested models. Raises SceneError for a model that cannot be built, if a model in `only`
@@ -72,7 +72,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
     found["models"] = {name: _write_model(name, each, to, folder, written) for name, each in ready.items()}
-    followed = {name: list(_unexported_loads(scene, name)) for name in ready} if FORMATS[to].mesh else {}
+    followed = {name: list(_inexact_loads(scene, name)) for name in ready} if FORMATS[to].mesh else {}
     left = [(f"model `{name}`, {what}", why) for name, own in (refused | followed).items()
             for what, why in dict.fromkeys(own)]  # fmt: skip
     left += [(f"region `{name}`", NAMELESS) for name in _unexported_regions(scene, ready)]
@@ -80,7 +80,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     exam_sheet.write(found, folder)
     atomic_files.replace(folder / exam_readme.FILE, exam_readme.readme_text(found, to))
     whole = tuple((own["what"], own["why"]) for own in found["left"])
-    return Exported(folder, (*written, exam_sheet.FILE, exam_readme.FILE), whole)
+    return ExportResult(folder, (*written, exam_sheet.FILE, exam_readme.FILE), whole)
 
 
 def _exportable_models(
@@ -111,13 +111,15 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
         if FORMATS[to].moves:
             each.append(_dynamic_problem(own.declared[name], case, workshop))
             continue
-        if found := (reasons_of_mesh if alone else reasons)(declared.thing, case):  # before anything is built
+        if found := (untransferable_case_features if alone else untransferable_features)(
+            declared.thing, case
+        ):  # before anything is built
             raise NotTransferable(found)
         prepared: Any = prepared_model(declared, case, workshop)[0]
-        each.append((problem_of(prepared, case, alone), named_of(prepared, case)))
-    found = form(to).refuses(each[-1][0])
+        each.append((problem_of(prepared, case, alone), collect_named_parts(prepared, case)))
+    found = import_format(to).refuses(each[-1][0])
     if not found and FORMATS[to].by_name:
-        found = form(to).unsupported_loads(*each[-1])
+        found = import_format(to).unsupported_loads(*each[-1])
     if found:
         raise NotTransferable(found)
     shares = _load_fractions([problem for problem, _ in each])
@@ -126,12 +128,12 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
     return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
 
 
-def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, Named]:
+def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, NamedParts]:
     """Return a dynamic problem with the time steps of the model. Raises NotTransferable, Fault."""
     from softmark.interpreter.models.external import external_builder
 
     model = _as_softmark_model(declared).thing
-    if found := reasons(model, case, moves=True):
+    if found := untransferable_features(model, case, moves=True):
         raise NotTransferable(found)
     if model.mass != "lumped" and not isinstance(
         declared.thing, ExternalSolver
@@ -143,13 +145,13 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     if found := list(theirs.invalid_step_options(case)):
         raise NotTransferable(found)
     prepared: Any = external_builder.build_external_dynamics(theirs, declared, case, workshop)
-    return prepared.asked(), named_of(prepared.solid, case)
+    return prepared.asked(), collect_named_parts(prepared.solid, case)
 
 
-def _unexported_loads(scene: Scene, name: str) -> Iterator[Reason]:
+def _inexact_loads(scene: Scene, name: str) -> Iterator[Reason]:
     """Yield the follower loads of a model with the reason; they are exported only as forces in the undeformed state."""
     declared = _as_softmark_model(scene.declared[name])
-    yield from reasons_of_loads(declared.thing, case_for(scene, declared))
+    yield from untransferable_loads(declared.thing, case_for(scene, declared))
 
 
 def _unexported_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
@@ -186,11 +188,11 @@ def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str
     own: list[str] = []
     for number, (problem, named) in enumerate(each, start=1):
         place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"
-        home = atomic_files.folder_within(folder, *place.parts)
+        home = atomic_files.make_inner_folder(folder, *place.parts)
         with tempfile.TemporaryDirectory(
             dir=home, prefix=".part-"
         ) as made:  # a format may write its files in several steps
-            for file in form(to).export(problem, named, Path(made)):
+            for file in import_format(to).export(problem, named, Path(made)):
                 os.replace(Path(made) / file, home / file)
                 own.append((place / file).as_posix())
     written += own

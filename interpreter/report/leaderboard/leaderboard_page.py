@@ -6,7 +6,7 @@ from softmark.interpreter.report.comparison.comparison_view import SceneView, vi
 from softmark.interpreter.report.leaderboard.case_cards import cards
 from softmark.interpreter.report.leaderboard.performance_profile_figures import profiles
 from softmark.interpreter.report.leaderboard.result_matrix import matrix
-from softmark.interpreter.report.page.html_document import document, moment
+from softmark.interpreter.report.page.html_document import date_html, document
 from softmark.interpreter.report.page.html_markup import (
     count,
     join_few_names,
@@ -62,7 +62,7 @@ def _answer_count_sentence(board: Board) -> str:
 
 
 def _header(board: Board) -> str:
-    where = [moment(board.created), text(str(board.environment.get("cpu") or ""))]
+    where = [date_html(board.created), text(str(board.environment.get("cpu") or ""))]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark leaderboard", class_="eyebrow")
     return tag(

@@ -9,7 +9,7 @@ from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_styles import model_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import csv_link
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, figure_block, hidden_models_note
+from softmark.interpreter.report.page.figure_frame import SHOWN, ColumnGroup, figure_block, hidden_models_note
 from softmark.interpreter.report.page.html_markup import section, tag, text
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
 from softmark.interpreter.study.leaderboard.performance_profiles import (
@@ -66,8 +66,8 @@ def _profile_figure(
     up = linear(0.0, max(math.ceil(10.0 * own[0].steps[-1][1]) / 10.0, 0.2), "fraction of cases", "1")
     chart = Chart(f"profile-{name}", title, f"Largest fractions: {best}.", across, up, WIDTH, HEIGHT, curves)
     shown = [p.model for p in own[:SHOWN]]
-    columns = [PlateColumn("τ", ("τ",), [(f"{t:.4g}",) for t in taus])]
-    columns += [PlateColumn(p.model, ("share",), [(f"{p.at(t * (1 + 1e-12)):.3g}",) for t in taus]) for p in own]
+    columns = [ColumnGroup("τ", ("τ",), [(f"{t:.4g}",) for t in taus])]
+    columns += [ColumnGroup(p.model, ("share",), [(f"{p.at(t * (1 + 1e-12)):.3g}",) for t in taus]) for p in own]
     rows = [(p.model, tau, share, p.of) for p in own for tau, share in p.steps]
     save = csv_link(f"profile-{name}", ["model", "tau", "share", "cases"], rows)
     said = tag("b", text(title)) + ". " + text(caption.format(own[0].of)) + hidden_models_note(len(own), len(shown))

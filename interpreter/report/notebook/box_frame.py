@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softmark.interpreter.report.page.html_document import excerpt, part
+from softmark.interpreter.report.page.html_document import frame_document, load_asset
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 
 LARGEST = 1_000_000  # characters of one output; more is left out with a note
@@ -12,10 +12,10 @@ ROWS = 40  # largest number of rows of a table
 SIGNS = {"good": "✓", "bad": "✗", "warn": "…", "quiet": "–"}
 
 
-def shell(title: str, *content: str) -> str:
+def render_box(title: str, *content: str) -> str:
     """Return the display with its title and content as HTML; `content` is markup."""
     heading = tag("p", text(title), class_="title")
-    return tag("div", tag("style", part("inline.css")), heading, *content, class_="softmark")
+    return tag("div", tag("style", load_asset("inline.css")), heading, *content, class_="softmark")
 
 
 def verdict(mood: str, words: str) -> str:
@@ -25,11 +25,11 @@ def verdict(mood: str, words: str) -> str:
 
 def isolated_frame(label: str, markup: str, styles: Sequence[str], scripts: Sequence[str], curves: int = 0) -> str:
     """Return markup with its scripts as a document in an HTML frame, which is as high as its content."""
-    own = excerpt(label, curves, markup, [*styles, "frame.css"], [*scripts, "frame.js"])
+    own = frame_document(label, curves, markup, [*styles, "frame.css"], [*scripts, "frame.js"])
     return tag("iframe", srcdoc=own, title=label, loading="lazy", width="100%", height="640")
 
 
-def if_it_fits(drawn: str, rest: str, where: str) -> str:
+def drawing_or_note(drawn: str, rest: str, where: str) -> str:
     """Return the HTML `drawn` if it has, together with the HTML `rest`, at most LARGEST characters.
 
     Otherwise return a sentence that the drawing is too large, and that the program or file `where` shows it.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.interpreter.report.comparison.comparison_page import advice, conclusion, diagrams, title
 from softmark.interpreter.report.comparison.comparison_tables import configurations
 from softmark.interpreter.report.comparison.comparison_view import SceneView, views
-from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell
+from softmark.interpreter.report.notebook.box_frame import ROWS, drawing_or_note, isolated_frame, render_box
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 
@@ -23,11 +23,11 @@ def inline(comparison: ComparisonRecord) -> str:
     if drawn:
         curves = max((len(view.lines) for view in own), default=0)
         drawn = isolated_frame("Work and precision", drawn, ["report.css", "compare.css"], ["report.js"], curves)
-        drawn = if_it_fits(drawn, "".join((*said, *tables)), WHERE)
+        drawn = drawing_or_note(drawn, "".join((*said, *tables)), WHERE)
     rest = (
         f"All points and their analysis are in `comparison.points` and `comparison.analysis`; the full page: {WHERE}."
     )
-    return shell(title(own), *said, *tables, drawn, tag("p", prose(rest), class_="quiet"))
+    return render_box(title(own), *said, *tables, drawn, tag("p", prose(rest), class_="quiet"))
 
 
 def _table(view: SceneView, own: Sequence[SceneView]) -> str:

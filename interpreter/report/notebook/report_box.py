@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell, verdict
+from softmark.interpreter.report.notebook.box_frame import ROWS, drawing_or_note, isolated_frame, render_box, verdict
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import count, prose, tag
 from softmark.interpreter.report.run.figures.comparison_section import error_statements, messages
@@ -33,8 +33,8 @@ def inline(report: Report) -> str:
     above = [verdict(mood, f"{ended}."), tag("p", prose(findings.conclusion))]
     above += [_expectations(findings), messages(findings), _warning_summary(findings), *_results(findings)]
     drawn = _shapes(findings)
-    drawn = if_it_fits(drawn, "".join(above), WHERE) if drawn else ""
-    return shell(title(findings), *above, drawn, _omitted_content_note(findings))
+    drawn = drawing_or_note(drawn, "".join(above), WHERE) if drawn else ""
+    return render_box(title(findings), *above, drawn, _omitted_content_note(findings))
 
 
 def _warning_summary(findings: ReportSummary) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.scene_sources import standard_name
-from softmark.interpreter.report.notebook.box_frame import LARGEST, ROWS, shell, table
+from softmark.interpreter.report.notebook.box_frame import LARGEST, ROWS, render_box, table
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import count, join_names, prose, tag, text
 from softmark.interpreter.report.run.tables import expectation_table
@@ -28,7 +28,7 @@ def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
         _declaration_table(scene),
         _text(scene),
     ]
-    return shell(scene.title or scene.source.name, *parts)
+    return render_box(scene.title or scene.source.name, *parts)
 
 
 def _not_run_note(scene: Scene) -> str:

@@ -37,6 +37,6 @@ def csv_link(name: str, header: Sequence[str], rows: Iterable[Sequence[Cell]], l
     return tag("a", text(label), class_="save", href=address, download=f"{name}.csv")
 
 
-def format_short(value: float) -> float:
+def round_for_drawing(value: float) -> float:
     """Return a float rounded to nine digits, which are enough for drawing; report.json has all digits."""
     return float(f"{value:.9g}")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softmark.interpreter.report.charts.line_chart import Chart, sample
+from softmark.interpreter.report.charts.line_chart import Chart, legend_sample_svg
 from softmark.interpreter.report.page.html_markup import count, prose, tag, text, wrappable_name
 from softmark.records import dataclass
 
@@ -15,7 +15,7 @@ SHOWN = 12  # curves of models that are drawn at first; the legend has the other
 
 
 @dataclass(frozen=True)
-class PlateColumn:
+class ColumnGroup:
     """Group of columns of a data table under one name.
 
     `symbols` are the column headers with units (`x / mm`). `cells` has the texts of each row, one for each symbol.
@@ -29,7 +29,7 @@ class PlateColumn:
 def figure_block(
     chart: Chart,
     caption: str,
-    columns: Sequence[PlateColumn],
+    columns: Sequence[ColumnGroup],
     save: str,
     legend: bool = True,
     open_: Sequence[str] | None = None,
@@ -54,12 +54,18 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
         checked = open_ is None or curve.name in open_ or curve.look.role != "model"
         box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
         rows.append(
-            tag("label", box, sample(curve.look), tag("span", wrappable_name(curve.name)), class_=curve.look.role)
+            tag(
+                "label",
+                box,
+                legend_sample_svg(curve.look),
+                tag("span", wrappable_name(curve.name)),
+                class_=curve.look.role,
+            )
         )
     return tag("fieldset", tag("legend", "Curves"), *rows, class_="legend")
 
 
-def toggles(curves: int) -> str:
+def legend_css_rules(curves: int) -> str:
     """Return the CSS rules by which the checkboxes of a legend hide their curves."""
     return "".join(f'.plate:has(input[value="k{i}"]:not(:checked)) .k{i}{{display:none}}' for i in range(curves))
 
@@ -69,7 +75,7 @@ def details(summary: str, *content: str) -> str:
     return tag("details", tag("summary", text(summary)), *content)
 
 
-def data_table(caption: str, columns: Sequence[PlateColumn]) -> str:
+def data_table(caption: str, columns: Sequence[ColumnGroup]) -> str:
     """Return an HTML table of numbers; the first column has row headers, and names span the columns of their group."""
     first, *rest = columns
     names = [tag("th", text(first.name), rowspan=2, scope="col", data_q=first.symbols[0])]
@@ -81,7 +87,7 @@ def data_table(caption: str, columns: Sequence[PlateColumn]) -> str:
     return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
 
 
-def _row(index: int, columns: Sequence[PlateColumn]) -> str:
+def _row(index: int, columns: Sequence[ColumnGroup]) -> str:
     cells = [cell for c in columns for cell in (c.cells[index] if index < len(c.cells) else ("–",) * len(c.symbols))]
     return tag("tr", tag("th", text(cells[0]), scope="row"), *(tag("td", text(cell)) for cell in cells[1:]))
 

@@ -8,7 +8,7 @@ from datetime import datetime
 from functools import lru_cache
 from importlib.resources import files
 
-from softmark.interpreter.report.page.figure_frame import toggles
+from softmark.interpreter.report.page.figure_frame import legend_css_rules
 from softmark.interpreter.report.page.html_markup import tag, text
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
@@ -48,7 +48,7 @@ def document(
     return _complete_document(_head(title, description, curves, styles), body)
 
 
-def excerpt(title: str, curves: int, content: str, styles: Sequence[str], scripts: Sequence[str]) -> str:
+def frame_document(title: str, curves: int, content: str, styles: Sequence[str], scripts: Sequence[str]) -> str:
     """Return a complete HTML document with only `content`, for a frame in another page.
 
     It has no header, links or footer.
@@ -69,12 +69,12 @@ def _head(title: str, description: str, curves: int, styles: Sequence[str]) -> s
         tag("meta", name="color-scheme", content="light dark"),
         tag("meta", name="description", content=description),
         tag("title", text(title)),
-        tag("style", *(part(name) for name in styles), toggles(curves)),
+        tag("style", *(load_asset(name) for name in styles), legend_css_rules(curves)),
     )
 
 
 def _scripts(names: Sequence[str]) -> str:
-    return tag("script", *(part(name, tuple(names)) for name in names))
+    return tag("script", *(load_asset(name, tuple(names)) for name in names))
 
 
 def _heading(markup: str) -> str:
@@ -84,7 +84,7 @@ def _heading(markup: str) -> str:
 
 
 @lru_cache(maxsize=8)
-def part(name: str, beside: tuple[str, ...] = ()) -> str:
+def load_asset(name: str, beside: tuple[str, ...] = ()) -> str:
     """Return the text of a style sheet or script of this package.
 
     Lines that end in `// with OTHER` are omitted if OTHER is not one of the included files `beside`.
@@ -93,7 +93,7 @@ def part(name: str, beside: tuple[str, ...] = ()) -> str:
     return "".join(line for line in lines if (other := _WITH.search(line)) is None or other[1] in beside)
 
 
-def moment(written: str) -> str:
+def date_html(written: str) -> str:
     """Return the HTML of a date in words; the text itself if it is not a date."""
     words = format_date(written)
     return text(written) if words == written else tag("time", words, datetime=written)

@@ -10,12 +10,12 @@ from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantit
 from softmark.interpreter.report.page.html_markup import strip_backticks, tag, text
 from softmark.interpreter.report.robustness.robustness_view import (
     Ruler,
-    class_of,
     format_value,
     percent,
     point_tooltip,
     points_along,
     ruler,
+    verdict_display,
 )
 from softmark.interpreter.study.robustness.robustness_record import PairMap, RobustnessPoint, RobustnessStudyRecord
 
@@ -24,25 +24,25 @@ TICKS = 9  # largest number, so that labels do not overlap
 CELL, EDGE = 46.0, 74.0  # cell and margin of a heat map, pixels
 
 
-def key(study: RobustnessStudyRecord) -> str:
+def verdict_legend(study: RobustnessStudyRecord) -> str:
     """Return the HTML legend of the verdicts that occur in a study, such as `right`, with their meaning."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
-        tag("li", _class_disc(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
-            text(class_of(name).meaning))
+        tag("li", _verdict_disc(12, 10, name, 5.0, alone=True), tag("b", text(verdict_display(name).words)), ": ",
+            text(verdict_display(name).meaning))
         for name in found
     ]  # fmt: skip
     return tag("ul", *items, class_="stress-key")
 
 
-def _class_disc(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
+def _verdict_disc(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
     """Return the SVG of a coloured disc with the symbol of the verdict `name`, such as `right`.
 
     Its centre is at x and y, pixels. With `alone` the disc is a picture of its own, for a legend.
     """
     said = tag("title", text(strip_backticks(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
-    glyph = tag("text", text(class_of(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
+    glyph = tag("text", text(verdict_display(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
     group = tag("g", said, disc, glyph, class_=f"stress-mark {name}")
     if not alone:
         return group
@@ -98,7 +98,8 @@ def _model_strip(model: str, points: Sequence[tuple[Value, RobustnessPoint]], sc
         if p.found.word == q.found.word
     ]
     marks = [
-        _class_disc(_pixel_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {point_tooltip(p)}") for v, p in ordered
+        _verdict_disc(_pixel_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {point_tooltip(p)}")
+        for v, p in ordered
     ]
     name = tag("text", text(model), x=LEFT - 16, y=f"{y + 4:.1f}", text_anchor="end", class_="model-name")
     return tag("g", name, *bands, *marks)
@@ -157,7 +158,7 @@ def _heat_map_cell(own: PairMap, i: int, j: int, x: float, y: float) -> str:
     if name is None:
         return ""
     box = tag("rect", x=f"{x:.1f}", y=f"{y:.1f}", width=CELL - 2, height=CELL - 2, rx=3, class_=f"cell {name}")
-    glyph = tag("text", text(class_of(name).sign), x=f"{x + CELL / 2 - 1:.1f}", y=f"{y + 19:.1f}",
+    glyph = tag("text", text(verdict_display(name).sign), x=f"{x + CELL / 2 - 1:.1f}", y=f"{y + 19:.1f}",
                 text_anchor="middle")  # fmt: skip
     figure = "" if error is None else tag("text", text(percent(error)), x=f"{x + CELL / 2 - 1:.1f}",
                                           y=f"{y + 35:.1f}", text_anchor="middle", class_="error")  # fmt: skip

@@ -6,19 +6,19 @@ import shlex
 from collections.abc import Sequence
 
 from softmark.interpreter.report.page.figure_frame import details
-from softmark.interpreter.report.page.html_document import document, moment
+from softmark.interpreter.report.page.html_document import date_html, document
 from softmark.interpreter.report.page.html_markup import count, join_names, prose, section, strip_backticks, tag, text
 from softmark.interpreter.report.robustness import robustness_figures as stress_figures
 from softmark.interpreter.report.robustness.robustness_view import (
     CLASSES,
-    class_of,
     format_value,
     percent,
     point_tooltip,
     status_beyond,
     valid_range,
+    verdict_display,
 )
-from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere_right
+from softmark.interpreter.report.robustness.validity_range_text import nowhere_right, unjudged_points_phrase
 from softmark.interpreter.report.run.tables.provenance_table import scene_listing, scene_name, table_of
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
@@ -50,7 +50,7 @@ def conclusion(stress: Robustness) -> str:
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
-    said = join_names([f"{counts[name]} {class_of(name).words}" for name in ordered])
+    said = join_names([f"{counts[name]} {verdict_display(name).words}" for name in ordered])
     judged = summary.points - (counts.get("unjudged") or 0)
     none = "None was wrong without a warning." if judged or not summary.points else "Nothing was judged."
     last = f"{summary.silent} wrong without a warning!" if summary.silent else none
@@ -58,7 +58,7 @@ def conclusion(stress: Robustness) -> str:
 
 
 def _header(stress: Robustness) -> str:
-    where = [moment(stress.created or ""), text((stress.environment or {}).get("cpu") or "")]
+    where = [date_html(stress.created or ""), text((stress.environment or {}).get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark stress", class_="eyebrow")
     said = tag("p", prose(conclusion(stress)), class_="conclusion")
@@ -91,10 +91,10 @@ def _command(said: str) -> str:
 
 
 def _validity_range_section(stress: Robustness) -> str:
-    return section("edges", "Ranges where each model is right", edges(stress))
+    return section("edges", "Ranges where each model is right", validity_range_tables(stress))
 
 
-def edges(stress: Robustness) -> str:
+def validity_range_tables(stress: Robustness) -> str:
     """Return for each study a table of the range in which each model is right, and its status beyond the range."""
     return "".join(_with_study_name(stress, study, _validity_range_table(study)) for study in stress.studies)
 
@@ -135,7 +135,7 @@ def _validity_range_cell(own: list[ValidityEdge], unit: str) -> str:
         said = [tag("small", _describe_beyond_edge(e, unit)) for e in own]
     else:
         words = " … ".join(text(v) for v in valid_range(own, unit)) or nowhere_right(own)
-        between = gaps(own) if valid_range(own, unit) else ""
+        between = unjudged_points_phrase(own) if valid_range(own, unit) else ""
         sides = (_describe_beyond_edge(e, unit) for e in own if any(e.judged for e in own))
         said = [tag("small", line) for line in (text(between), *sides) if line]
     worst = next((e.word for e in own if e.word), "right")
@@ -160,7 +160,9 @@ def strips(stress: Robustness) -> str:
     blocks = []
     for study in stress.studies:
         figures = "".join(stress_figures.strip(study, asked) for asked in study.quantities)
-        blocks.append(_with_study_name(stress, study, stress_figures.key(study) + figures if figures else ""))
+        blocks.append(
+            _with_study_name(stress, study, stress_figures.verdict_legend(study) + figures if figures else "")
+        )
     return "".join(blocks)
 
 
@@ -212,7 +214,7 @@ def _point(point: RobustnessPoint) -> str:
     message = " ".join(piece for piece in (found.code, found.message) if piece)
     return tag(
         "tr", tag("th", tag("code", text(point.model)), scope="row"), tag("td", text(values)),
-        tag("td", text(class_of(found.word).words)), *(tag("td", text(f), class_="n") for f in figures),
+        tag("td", text(verdict_display(found.word).words)), *(tag("td", text(f), class_="n") for f in figures),
         tag("td", tag("small", prose(message))),
     )  # fmt: skip
 

@@ -8,7 +8,12 @@ from collections.abc import Iterator, Sequence
 from softmark.grammar.diagnostic import make_all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere_right, options_by_class, range_ends
+from softmark.interpreter.report.robustness.validity_range_text import (
+    nowhere_right,
+    options_by_class,
+    range_ends,
+    unjudged_points_phrase,
+)
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     Robustness,
@@ -66,11 +71,11 @@ def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
     """Return `right 0.3 .. 0.4995`, or a text that the model is right nowhere or was not judged."""
     if isinstance(edges[0], ChoiceEdge):
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in options_by_class(edges[0]))
-    found = range_ends(edges, lambda value: number(value, unit))
+    found = range_ends(edges, lambda value: quantity_text(value, unit))
     if not found:
         return nowhere_right(edges)
     said = f"right at {found[0]}" if len(found) == 1 else f"right {' .. '.join(found)}"
-    return "; ".join(piece for piece in (said, gaps(edges)) if piece)
+    return "; ".join(piece for piece in (said, unjudged_points_phrase(edges)) if piece)
 
 
 def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
@@ -79,15 +84,15 @@ def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
         return
     at = ""
     if edge.met is not None and (edge.word != "unjudged" or edge.last_right is not None):
-        at = f" at {number(edge.met, unit)} and {'above' if edge.direction == 'up' else 'below'}"
+        at = f" at {quantity_text(edge.met, unit)} and {'above' if edge.direction == 'up' else 'below'}"
     yield f"{SAID.get(edge.word, edge.word)}{at}" + (f": {edge.reason}" if edge.reason else "")
     if edge.silence and edge.first_silence is not None and edge.first_silence != edge.first_wrong:
-        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)} on"
+        yield f"{SAID.get(edge.silence, edge.silence)} from {quantity_text(edge.first_silence, unit)} on"
     if edge.remedy:
         yield f"= help: {edge.remedy}"
 
 
-def number(value: float, unit: str) -> str:
+def quantity_text(value: float, unit: str) -> str:
     """Return a value as text; close to one half, as for Poisson's ratio, as the difference from one half."""
     if unit == "1" and 0.499 < value < 0.5:
         return f"0.5 - {0.5 - value:.3g}"

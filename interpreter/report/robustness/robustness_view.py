@@ -19,7 +19,7 @@ from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Class:
+class VerdictDisplay:
     """Display of a verdict on a point, such as `right` or `diverged`: its words, symbol and meaning.
 
     The symbol makes colour unnecessary.
@@ -30,24 +30,26 @@ class Class:
     meaning: str
 
 
-CLASSES: Mapping[str, Class] = {
-    "right": Class("right", "✓", "error within the requested limit"),
-    "inaccurate": Class("inaccurate (reported)", "▲", "error above the limit, and the model reports that it may be"),
-    "silent": Class(
+CLASSES: Mapping[str, VerdictDisplay] = {
+    "right": VerdictDisplay("right", "✓", "error within the requested limit"),
+    "inaccurate": VerdictDisplay(
+        "inaccurate (reported)", "▲", "error above the limit, and the model reports that it may be"
+    ),
+    "silent": VerdictDisplay(
         "wrong without a warning", "!", "converged, but the error is above the limit and above the model's own estimate"
     ),
-    "not_converged": Class("not converged", "×", "no equilibrium was found, and the model reports that"),
-    "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model reports that"),
-    "refused": Class("refused", "–", "not run: the model does not apply to the scene"),
-    "failed": Class("failed", "✗", "the solver stopped with an error, which is reported"),
-    "timed_out": Class("timed out", "…", "no result within the time limit of a point"),
-    "unjudged": Class("not judged", "?", "the reference has no result, or is not accurate enough"),
+    "not_converged": VerdictDisplay("not converged", "×", "no equilibrium was found, and the model reports that"),
+    "diverged": VerdictDisplay("diverged", "⤫", "the motion grew without bound, and the model reports that"),
+    "refused": VerdictDisplay("refused", "–", "not run: the model does not apply to the scene"),
+    "failed": VerdictDisplay("failed", "✗", "the solver stopped with an error, which is reported"),
+    "timed_out": VerdictDisplay("timed out", "…", "no result within the time limit of a point"),
+    "unjudged": VerdictDisplay("not judged", "?", "the reference has no result, or is not accurate enough"),
 }
 
 
-def class_of(name: object) -> Class:
+def verdict_display(name: object) -> VerdictDisplay:
     """Return the display of the verdict called `name`; an unknown verdict is shown by its name."""
-    return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
+    return CLASSES.get(str(name)) or VerdictDisplay(str(name).replace("_", " "), "?", "")
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class Ruler:
         return (self._coordinate(value) - low) / (high - low) if high > low else 0.5
 
     def _coordinate(self, value: Any) -> float:
-        return place(self.kind, value, self.marks)
+        return scale_coordinate(self.kind, value, self.marks)
 
     def value_text(self, value: Any) -> str:
         """Return a value as text in a suitable unit."""
@@ -80,7 +82,7 @@ DIGITS = 4  # edges are bisected to no more than two
 GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # for Poisson's ratio, the only quantity varied by its distance to a limit
 
 
-def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
+def scale_coordinate(kind: str, value: Any, marks: Sequence[Any]) -> float:
     """Return the coordinate of a value on a scale of the given kind, which increases along the scale.
 
     Kinds: `log` and `linear`; `gap`, logarithmic in the distance to the limit GAP_LIMIT; `turn`, evenly spaced in the
@@ -105,7 +107,7 @@ def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
         wide = marks[0] > 0 and marks[-1] > 8 * marks[0]
         mixed = marks[0] <= 0 and len(marks) > 2 and marks[-1] > 100 * min(v for v in marks if v > marks[0])
         kind = "log" if wide else "turn" if mixed else "linear"
-    places = [place(kind, v, marks) for v in marks]
+    places = [scale_coordinate(kind, v, marks) for v in marks]
     return Ruler(asked.name, asked.unit, kind, marks, (min(places), max(places)))
 
 
@@ -131,10 +133,10 @@ def status_beyond(edge: ValidityEdge, unit: str) -> str | None:
     """
     if edge.word is None:
         return None
-    words = class_of(edge.word).words
+    words = verdict_display(edge.word).words
     if isinstance(edge, ChoiceEdge):
         others = [(word, own) for word, own in options_by_class(edge) if word != "right"]
-        return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
+        return "; ".join(f"{verdict_display(word).words} with {', '.join(own)}" for word, own in others)
     at_once = edge.word == "unjudged" and edge.last_right is None
     return words if edge.met is None or at_once else f"{words} from {format_value(edge.met, unit)}"
 
@@ -156,7 +158,7 @@ def point_tooltip(point: RobustnessPoint) -> str:
     """Return the tooltip of a point: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
     found = point.found
     where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "all values of the scene"
-    pieces = [class_of(found.word).words]
+    pieces = [verdict_display(found.word).words]
     pieces += [f"error {percent(found.error)}"] if found.error is not None else []
     pieces += [f"estimated error {percent(found.states)}"] if found.states is not None else []
     pieces += [found.code] if found.code else []

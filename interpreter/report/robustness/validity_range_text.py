@@ -30,7 +30,7 @@ def nowhere_right(own: Collection[ValidityEdge]) -> str:
     )
 
 
-def gaps(own: Collection[ValidityEdge]) -> str:
+def unjudged_points_phrase(own: Collection[ValidityEdge]) -> str:
     """Return a phrase on points inside the range that were not judged, or an empty text."""
     if next(iter(own)).here == "unjudged":
         return "not judged at the value of the scene"

@@ -26,7 +26,10 @@ def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
     to
     all bodies.
     """
-    links, everyone = _group_linked_names(findings), [n for n, r in findings.all_results.items() if not _is_given_value(r)]
+    links, everyone = (
+        _group_linked_names(findings),
+        [n for n, r in findings.all_results.items() if not _is_given_value(r)],
+    )
     groups: dict[str, list[str]] = {}
     for name in everyone:
         groups.setdefault(links.root(f"result {name}"), []).append(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.report.page.html_document import moment
+from softmark.interpreter.report.page.html_document import date_html
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run import reused_results
 from softmark.interpreter.report.run.report_summary import ReportSummary
@@ -45,5 +45,5 @@ def _run_line(findings: ReportSummary) -> str:
     machine = [str(env["cpu"])] if env.get("cpu") else []
     machine += [f"{threads} thread" + ("" if threads == 1 else "s")] if threads else []
     file = str(scene.get("file", "")).replace("\\", "/").rpartition("/")[2]
-    pieces = [moment(str(env.get("started", ""))), text(file), text(", ".join(machine))]
+    pieces = [date_html(str(env.get("started", ""))), text(file), text(", ".join(machine))]
     return " · ".join(tag("span", piece) for piece in pieces if piece)

@@ -56,7 +56,7 @@ SECTIONS: tuple[tuple[str, Callable[[ReportSummary], str]], ...] = (
     ("contacts-in-time", contact_time_charts.section_of),
     ("convergence", newton_convergence.section_of),
     ("filled", filled_surface_table.section_of),
-    ("bodies", region_table.bodies_of),
+    ("bodies", region_table.bodies_section),
     ("regions", region_table.section_of),
     ("varying", region_table.varying_constants),
     ("loads", load_table.section_of),

@@ -246,7 +246,9 @@ class ReportSummary:
             return "warn", "Finished, no model was run"
         if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
             return "bad", f"Finished, with inverted cells in {join_names(inverted)}: not a physical state"
-        ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.all_results.values()) else "everything"
+        ran = (
+            "everything that was run" if any(r.status in LEFT_OUT for r in self.all_results.values()) else "everything"
+        )
         return "good", f"Finished, {ran} converged" + (
             ", every expectation met" if self._has_met_all_expectations else ""
         )

@@ -22,7 +22,7 @@ from softmark.interpreter.report.run.tables import (
     reaction_table,
     reference_agreement,
 )
-from softmark.interpreter.report.run.tables.results_table import sort_metrics, stated_of
+from softmark.interpreter.report.run.tables.results_table import sort_metrics, stated_error_or_uncertainty
 from softmark.interpreter.results.run_report import (
     ExpectationResult,
     MetricResult,
@@ -184,7 +184,7 @@ class _Rows:
             return _real_time_verdict(found)
         if is_negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
             return "0"
-        off = stated_of(result, metric)
+        off = stated_error_or_uncertainty(result, metric)
         error = "" if off is None else f" {error_statement_table.stated_error(off, found)}"
         marks = ("" if found.meaningful else " †") + (" ‡" if found.doubt else "")
         return _amount(found.value, found.unit) + error + marks

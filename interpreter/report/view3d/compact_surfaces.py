@@ -173,16 +173,16 @@ def pack_surface(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
         "mesh": mesh,
         "low": low.tolist(),
         "high": (low + span * (high > low)).tolist(),
-        "position": shorts((shape.position - low) / span),
+        "position": encode_16_bits((shape.position - low) / span),
     }
     if shape.frames is not None and shape.times is not None:
-        found |= {"times": shape.times.tolist(), "frames": shorts((shape.frames - low) / span)}
+        found |= {"times": shape.times.tolist(), "frames": encode_16_bits((shape.frames - low) / span)}
     if shape.labels:
         found["labels"] = shape.labels
     if shape.error is not None:
         most = float(shape.error.max(initial=0.0))
         found |= {
-            "error": shorts(shape.error / (most or 1.0)),
+            "error": encode_16_bits(shape.error / (most or 1.0)),
             "most": most,
             "against": shape.measured_from or "",
         }
@@ -195,7 +195,7 @@ def packed_triangles(triangles: Ints) -> dict[str, Any]:
     return {"wide": wide, "triangles": _base64(triangles.astype("<u4" if wide else "<u2"))}
 
 
-def shorts(shares: Floats) -> str:
+def encode_16_bits(shares: Floats) -> str:
     """Return numbers between 0 and 1 as text, encoded in 16 bits each."""
     return _base64(np.clip((shares * FINEST).round(), 0, FINEST).astype("<u2"))
 
@@ -204,6 +204,6 @@ def _base64(array: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 
-def step_of(shapes: Mapping[str, DrawnSurface]) -> float:
+def largest_rounding_step(shapes: Mapping[str, DrawnSurface]) -> float:
     """Return the largest rounding step of positions on the page, m, of all surfaces."""
     return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.report.page.html_markup import join_few_names
-from softmark.interpreter.report.view3d.compact_surfaces import Floats, bounds, packed_triangles, shorts
+from softmark.interpreter.report.view3d.compact_surfaces import Floats, bounds, encode_16_bits, packed_triangles
 from softmark.interpreter.results.run_report import DrawnRigidBody, DrawnSurface
 from softmark.records import dataclass
 
@@ -20,7 +20,7 @@ AROUND = 0.35  # margin for rigid bodies on each side, as a fraction of the diag
 
 
 @dataclass(frozen=True)
-class Room:
+class PictureBox:
     """Box that the pictures cover, given by its corners (3,), m."""
 
     low: Floats
@@ -36,12 +36,12 @@ class Room:
         return np.clip(X, self.low, self.high)
 
 
-def room_of(shapes: Iterable[DrawnSurface]) -> Room:
+def picture_box(shapes: Iterable[DrawnSurface]) -> PictureBox:
     """Return the box around the deformable bodies at all times, with a margin."""
     ends = [bounds(shape) for shape in shapes]
     low, high = np.min([a for a, _ in ends], axis=0), np.max([b for _, b in ends], axis=0)
     more = AROUND * float(np.linalg.norm(high - low))
-    return Room(low - more, high + more)
+    return PictureBox(low - more, high + more)
 
 
 def packed_instruments(shapes: Mapping[str, DrawnSurface]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
@@ -58,7 +58,7 @@ def packed_instruments(shapes: Mapping[str, DrawnSurface]) -> tuple[dict[str, An
                 surfaces.append(_pack_rigid_surface(own))
             places.append({"of": known[key], "turns": own.turns.reshape(-1, 9).tolist(), "shifts": own.shifts.tolist()})
         each[name] = {"instruments": places}
-    room = room_of(shapes.values())
+    room = picture_box(shapes.values())
     return {"instruments": surfaces, "room": [room.low.tolist(), room.high.tolist()]}, each
 
 
@@ -66,7 +66,7 @@ def _pack_rigid_surface(own: DrawnRigidBody) -> dict[str, Any]:
     low, high = own.X.min(axis=0), own.X.max(axis=0)
     span = np.where(high > low, high - low, 1.0)
     found = {"name": own.name, "points": len(own.X), "low": low.tolist(), "span": span.tolist()}
-    return found | {"position": shorts((own.X - low) / span)} | packed_triangles(own.triangles)
+    return found | {"position": encode_16_bits((own.X - low) / span)} | packed_triangles(own.triangles)
 
 
 def caption(shapes: Iterable[DrawnSurface], moment: str) -> str:

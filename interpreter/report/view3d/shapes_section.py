@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, group_digits, typeset_number
-from softmark.interpreter.report.charts.line_chart import sample
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, data_table, details, hidden_models_note
+from softmark.interpreter.report.charts.line_chart import legend_sample_svg
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import SHOWN, ColumnGroup, data_table, details, hidden_models_note
 from softmark.interpreter.report.page.html_markup import (
     count,
     join_few_names,
@@ -34,11 +34,11 @@ from softmark.interpreter.report.view3d.compact_surfaces import (
     ROOM,
     Floats,
     ReducedSurfaces,
+    largest_rounding_step,
     notes_of,
     pack_surface,
     packed_triangles,
     reduce_surfaces,
-    step_of,
 )
 from softmark.interpreter.report.view3d.shapes_toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
 from softmark.interpreter.report.view3d.still_picture import CameraView, render_still, seen_box
@@ -176,7 +176,9 @@ class _Shapes:
     def figure(self) -> str:
         """Return the HTML of the figure: controls, pictures, colour bar, caption and numbers."""
         bar = (
-            colour_bar(self.most, self.typical_error_limit, f"distance from {strip_backticks(self.against)}") if self.errors else ""
+            colour_bar(self.most, self.typical_error_limit, f"distance from {strip_backticks(self.against)}")
+            if self.errors
+            else ""
         )
         unknown = tag(
             "p",
@@ -223,7 +225,7 @@ class _Shapes:
     def _shape_entries(self) -> list[tuple[str, str, str, bool]]:
         """Return (name, colour sample, CSS classes, shown initially) of each shape."""
         known = curve_styles(self.findings.report)
-        return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
+        return [(n, legend_sample_svg(known[n]), known[n].classes, n in self.first) for n in self.shapes]
 
     def _background_references(self) -> list[tuple[int, str, bool]]:
         """Return (index, name, initially drawn behind the others) of each reference."""
@@ -330,7 +332,7 @@ class _Shapes:
         models = self.findings.report.models
         bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
         plainly = f" {join_few_names(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
-        step = format_quantity(step_of(self.shapes), "m", 2)
+        step = format_quantity(largest_rounding_step(self.shapes), "m", 2)
         if self.carried:
             plainly += self.carried.caption(bool(self.errors))
         moment = "" if not self.dynamic else " in each state" if self.in_states else " at every moment"
@@ -344,13 +346,16 @@ class _Shapes:
         """Return a sentence on the shapes whose errors are beyond the scale of typical errors."""
         if not self.names_beyond_scale:
             return ""
-        names, clip = join_few_names([f"`{n}`" for n in self.names_beyond_scale]), format_quantity(self.typical_error_limit, "m", 3)
+        names, clip = (
+            join_few_names([f"`{n}`" for n in self.names_beyond_scale]),
+            format_quantity(self.typical_error_limit, "m", 3),
+        )
         one = len(self.names_beyond_scale) == 1
         return f" It ends at {clip}, so that typical errors can be distinguished; {names} exceed{'s' * one} this."
 
     # -------------------------------------------------------------- numbers
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         scale = choose_scale((self.most,), "m")
         names = [(n,) for n in self.shapes]
         sizes = [(group_digits(len(s.position)), group_digits(len(s.triangles))) for s in self._full_surfaces]
@@ -360,9 +365,9 @@ class _Shapes:
             cells.append(tuple(typeset_number(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
         heads = tuple(scale.heading(s) for s in STATISTICS)
         return [
-            PlateColumn("shape", ("shape",), names),
-            PlateColumn("size", ("points", "triangles"), sizes),
-            PlateColumn("error", heads, cells),
+            ColumnGroup("shape", ("shape",), names),
+            ColumnGroup("size", ("points", "triangles"), sizes),
+            ColumnGroup("error", heads, cells),
             *(self.carried.columns() if self.carried else ()),
         ]
 
@@ -377,7 +382,7 @@ class _Shapes:
         for name, shape in zip(self.shapes, self._full_surfaces, strict=True):
             found: list[Cell] = [None] * len(STATISTICS)
             if name in self.errors:
-                found = [format_short(v) for v in _error_statistics(self.errors[name])]
+                found = [round_for_drawing(v) for v in _error_statistics(self.errors[name])]
             rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
             rows[-1] += self.carried.row(name) if self.carried else []
         button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")

@@ -133,10 +133,10 @@ def colour_bar(most: float, clipped: float, name: str) -> str:
     whole = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(top) + 1e-9) + 1)
     decades = tuple((10.0**k, format_quantity(10.0**k, "m", 3)) for k in whole)
     scales += scale_below(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
-    return tag("div", colours(), scales, class_="colour-bar")
+    return tag("div", colour_strip(), scales, class_="colour-bar")
 
 
-def colours() -> str:
+def colour_strip() -> str:
     """Return the HTML of the strip of colours of a colour bar, from the smallest to the largest value."""
     return tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
 

@@ -10,7 +10,7 @@ import numpy as np
 from softmark.interpreter.report.charts.viridis import viridis
 from softmark.interpreter.report.page.html_markup import strip_backticks, tag, text
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, thin_surface
-from softmark.interpreter.report.view3d.rigid_bodies_view import room_of
+from softmark.interpreter.report.view3d.rigid_bodies_view import picture_box
 from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
@@ -48,7 +48,7 @@ def axes_of(view: CameraView) -> Floats:
 
 def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floats, Floats]:
     """Return both corners (2,) of the box around the projection of all shapes at all times, m."""
-    axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
+    axes, flat, room = axes_of(view)[:2].T, [], picture_box(shapes.values())
     for shape in shapes.values():
         flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
         flat += [
@@ -70,7 +70,7 @@ def render_still(
     height = float(high[1] - low[1]) * scale + NAME + GAP
     columns = min(COLUMNS, len(shapes))
     rows = -(-len(shapes) // columns)
-    panels, room = [], room_of(shapes.values())
+    panels, room = [], picture_box(shapes.values())
     for i, (name, shape) in enumerate(shapes.items()):
         x, y = (i % columns) * (CELL + GAP), (i // columns) * height
         inside = _visible_triangles_svg(thin_surface(shape, POLYGONS, triangles=True), view, low, high, scale, most)

@@ -11,11 +11,11 @@ import numpy as np
 
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import linear
-from softmark.interpreter.report.page.embedded_csv import Cell, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn
+from softmark.interpreter.report.page.embedded_csv import Cell, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup
 from softmark.interpreter.report.page.html_markup import join_few_names, tag
-from softmark.interpreter.report.view3d.compact_surfaces import Floats, shorts
-from softmark.interpreter.report.view3d.shapes_toolbar import colours, scale_below
+from softmark.interpreter.report.view3d.compact_surfaces import Floats, encode_16_bits
+from softmark.interpreter.report.view3d.shapes_toolbar import colour_strip, scale_below
 from softmark.interpreter.report.view3d.still_picture import CameraView, render_still
 from softmark.interpreter.results.run_report import DrawnSurface, SurfaceField
 from softmark.records import dataclass
@@ -117,7 +117,7 @@ class FieldColours:
             ranges = _colour_bar_scale(scale, scale.whole, "whole", "") + _colour_bar_scale(
                 scale, scale.usual, "usual", ENDS
             )
-            bar = tag("div", colours(), ranges, class_="colour-bar carried live", data_number=i, hidden=i > 0)
+            bar = tag("div", colour_strip(), ranges, class_="colour-bar carried live", data_number=i, hidden=i > 0)
             found.append(bar)
         return "".join(found)
 
@@ -127,7 +127,7 @@ class FieldColours:
         low, high = scale.usual
         shown = {n: _with_field_colours(s, self.places[0], low) for n, s in first.items() if s.carried}
         words = f"Deformed shapes, by {scale.kind.words}", " ".join(self._range_sentence(n) for n in shown)
-        bar = tag("div", colours(), _colour_bar_scale(scale, scale.usual, "", ENDS), class_="colour-bar")
+        bar = tag("div", colour_strip(), _colour_bar_scale(scale, scale.usual, "", ENDS), class_="colour-bar")
         picture = render_still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
         return tag("noscript", picture, bar)
 
@@ -163,7 +163,7 @@ class FieldColours:
                 found.append(None)
                 continue
             low, high = float(values.min()), float(values.max())
-            shares = shorts((values - low) / ((high - low) or 1.0))
+            shares = encode_16_bits((values - low) / ((high - low) or 1.0))
             found.append({"values": shares, "low": low, "high": high, "said": self._range(name, place)})
         return {"carried": found}
 
@@ -212,14 +212,14 @@ class FieldColours:
                 percent = f"{max(1, round(100 * share))}\u00a0%"
                 yield f"Stresses of adjacent cells of `{name}` differ at {percent} of the points (W387)."
 
-    def columns(self) -> list[PlateColumn]:
+    def columns(self) -> list[ColumnGroup]:
         """Return columns of the table with smallest, mean and largest value of each field."""
         found = []
         for i, scale in self.known.items():
             unit = choose_scale(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
             rows = [self._statistics(n, i) for n in self.given]
             cells = [tuple("–" if v is None else unit.text(v, 4) for v in row) for row in rows]
-            found.append(PlateColumn(scale.kind.words, tuple(unit.heading(s) for s in STATISTICS), cells))
+            found.append(ColumnGroup(scale.kind.words, tuple(unit.heading(s) for s in STATISTICS), cells))
         return found
 
     def header(self) -> list[str]:
@@ -229,7 +229,7 @@ class FieldColours:
     def row(self, name: str) -> list[Cell]:
         """Return the field values of a shape, SI, for its row in the CSV file."""
         found = (v for i in self.places for v in self._statistics(name, i))
-        return [None if v is None else format_short(v) for v in found]
+        return [None if v is None else round_for_drawing(v) for v in found]
 
     def _statistics(self, name: str, i: int) -> tuple[float | None, float | None, float | None]:
         carried = self.given[name].carried

@@ -254,7 +254,7 @@ def _caveats(question: AdviceQuestion, winner: Candidate, within: bool = False) 
     return [*found, *question.remarks.get(winner.key, ())]
 
 
-def remarks_of(point: ComparedPoint) -> list[str]:
+def training_remarks(point: ComparedPoint) -> list[str]:
     """Return remarks on the training of a reduced model: its range, its load state, and its time."""
     reduced, setup = point.reduced, point.cost.setup_s
     if reduced is None:

@@ -14,14 +14,14 @@ from softmark.interpreter.study.analysis.comparison_advice import (
     Disagreement,
     advise,
     find_disagreements,
-    remarks_of,
+    training_remarks,
 )
 from softmark.interpreter.study.analysis.comparison_point import (
     UNKNOWNS,
     ComparedPoint,
-    against_of,
-    clock_of,
+    choose_effort_kind,
     error_metrics,
+    reference_name_of_metric,
     unit_of,
 )
 from softmark.interpreter.study.analysis.configuration_pairs import (
@@ -94,7 +94,7 @@ class EffortAtLevel(JsonRecord):
 
 
 @dataclass(frozen=True)
-class Level(JsonRecord):
+class ErrorLevelEfforts(JsonRecord):
     """Efforts of all refinement lines to reach one error level."""
 
     level: float
@@ -110,7 +110,7 @@ class ErrorAnalysis(JsonRecord):
     against: str
     judged: JudgedPoints
     front: list[str]  # keys
-    levels: list[Level]
+    levels: list[ErrorLevelEfforts]
     rates: list[BestInFrame]
 
     @property
@@ -215,11 +215,11 @@ def analyse(
         own[p.part].append(p)
     agreed = terms or ComparisonTerms()
     return Analysis(
-        agreed, {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
+        agreed, {part: _analyse_scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
     )
 
 
-def _scene(
+def _analyse_scene(
     part: str,
     parts: Mapping[str, Sequence[ComparedPoint]],
     references: References,
@@ -228,7 +228,7 @@ def _scene(
 ) -> SceneAnalysis:
     points = parts[part]
     first = points[0] if points else None
-    clock = clock_of(points, terms.clock)
+    clock = choose_effort_kind(points, terms.clock)
     metrics, lines = error_metrics(points), lines_of(points)
     judged = {m: judge_points(points, m, clock, terms.allow_contaminated) for m in metrics}
     orders = [found for line in lines if (found := orders_of(line, metrics, points)) is not None]
@@ -281,8 +281,10 @@ def _advice_question(
     metric = judged.metric
     unit = unit_of(points, metric) or "1"
     levels = error_levels(unit, scale, [e for p in points if (e := p.error(metric)) is not None])
-    remarks = {p.key: remarks_of(p) for p in points}
-    return AdviceQuestion(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
+    remarks = {p.key: training_remarks(p) for p in points}
+    return AdviceQuestion(
+        part, metric, unit, reference_name_of_metric(points, metric) or "", levels, judged, doubts, remarks
+    )
 
 
 def displacement_scale(points: Sequence[ComparedPoint], references: References) -> float | None:
@@ -307,10 +309,10 @@ def _error_analysis(question: AdviceQuestion, lines: Sequence[RefinementLine], r
     )  # fmt: skip
 
 
-def _efforts_at_level(level: float, lines: Sequence[RefinementLine], judged: JudgedPoints) -> Level:
+def _efforts_at_level(level: float, lines: Sequence[RefinementLine], judged: JudgedPoints) -> ErrorLevelEfforts:
     found = [_effort_at_level(level, line, judged) for line in lines]
     efforts = [(own.reached.effort.median, own.line) for own in found if own.reached is not None]
-    return Level(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
+    return ErrorLevelEfforts(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
 
 
 def _effort_at_level(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortAtLevel:

@@ -229,7 +229,7 @@ class ComparedPoint:
 
         A group has the same scene and the same values of those varied names that change the reference of the errors.
         """
-        return part_of(self.scene, self.problem)
+        return competition_group_name(self.scene, self.problem)
 
     def metric(self, name: str) -> PointError:
         """Return the result of a metric by its name."""
@@ -269,7 +269,7 @@ def _texts(found: Json | None) -> dict[str, str]:
     return {str(name): str(text) for name, text in (found or {}).items()}
 
 
-def part_of(scene: str, problem: Mapping[str, str]) -> str:
+def competition_group_name(scene: str, problem: Mapping[str, str]) -> str:
     """Return the name of the group in which a configuration competes, such as `beam, E = 30 kPa`."""
     return ", ".join((scene, *(f"{name} = {text}" for name, text in problem.items())))
 
@@ -290,7 +290,7 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
 # ------------------------------------------------------------------ several points
 
 
-def clock_of(points: Sequence[ComparedPoint], asked: str | None = None) -> str:
+def choose_effort_kind(points: Sequence[ComparedPoint], asked: str | None = None) -> str:
     """Return the kind of effort by which points are compared.
 
     It is the requested one, by default CPU time, or the number of unknowns if nothing was timed.
@@ -313,6 +313,6 @@ def unit_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
     return next((unit for p in points if (unit := p.metric(metric).unit) is not None), None)
 
 
-def against_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
+def reference_name_of_metric(points: Iterable[ComparedPoint], metric: str) -> str | None:
     """Return the name of the reference of a metric, from the first point that has this metric."""
     return next((name for p in points if (name := p.metric(metric).against) is not None), None)

@@ -26,7 +26,7 @@ from softmark.interpreter.planning.declaration_dependencies import with_dependen
 from softmark.interpreter.planning.sweep_expansion import combined_sweeps, override_of, value_in
 from softmark.interpreter.results.state_results import format_state
 from softmark.interpreter.study.analysis.comparison_point import format_values
-from softmark.interpreter.study.configurations.configuration_keys import key_of, key_of_text, needed_models
+from softmark.interpreter.study.configurations.configuration_keys import invalid_scene_key, key_of, needed_models
 from softmark.interpreter.study.configurations.configuration_task import format_diagnostics
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
@@ -332,7 +332,7 @@ def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
     """Return the task of computing a model of a scene: its key, the text of the scene and the overrides."""
     sound = model in scene.declared
     return PointTask(
-        key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,
+        key_of(scene, model) if sound else invalid_scene_key(scene, model), subject.name, model,
         needed_models(scene, model) if sound else (model,), scene.source.text, scene.source.name,
         str(Path(scene.path).resolve()) if scene.path else None, str(subject.folder.resolve()), scene.overrides,
         plugins=tuple(p.asked for p in scene.vocabulary.plugins),

@@ -40,7 +40,7 @@ def non_study_texts(scene: Scene) -> list[str]:
     return [declaration_text(declared) for declared in scene.declared.values() if declared.kind != "study"]
 
 
-def key_of_text(scene: Scene, model: str) -> str:
+def invalid_scene_key(scene: Scene, model: str) -> str:
     """Return the key of a model in an invalid scene, the SHA-256 of its text and its overrides."""
     parts = (source_digests.digest_sources(), model, scene.source.text, *scene.overrides)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()

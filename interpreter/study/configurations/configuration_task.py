@@ -24,7 +24,7 @@ from softmark.interpreter.study.configurations.reference_changes import trace_re
 from softmark.interpreter.study.configurations.task_outcome import (
     PointError,
     PointOutcome,
-    PointStated,
+    PointStatedErrors,
     PointTask,
     PointWarning,
     ProbeTrace,
@@ -158,7 +158,7 @@ def _point_entry(scene: Scene, report: Report, model: ModelResult) -> Json:
     return cleaned
 
 
-def _stated_error(scene: Scene, model: ModelResult) -> PointStated:
+def _stated_error(scene: Scene, model: ModelResult) -> PointStatedErrors:
     """Return the errors that a model states of all metrics, in `of`, and that of the first relative error metric."""
     relative = (
         n for n, m in scene.of_kind("metric").items()
@@ -166,9 +166,9 @@ def _stated_error(scene: Scene, model: ModelResult) -> PointStated:
     )  # fmt: skip
     plain = next((n for n, said in model.stated.items() if said.unit in ("1", None)), None)
     if (first := next(relative, plain)) is None:  # only forces, none of them relative
-        return PointStated(None, "1", {}, "the scene has no relative error", (), None, model.stated)
+        return PointStatedErrors(None, "1", {}, "the scene has no relative error", (), None, model.stated)
     own = model.stated[first]
-    return PointStated(own.value, own.unit, own.parts, own.reason, own.doubts, first, model.stated)
+    return PointStatedErrors(own.value, own.unit, own.parts, own.reason, own.doubts, first, model.stated)
 
 
 def _own_warnings(scene: Scene, report: Report, model: ModelResult) -> list[ReportWarning]:

@@ -166,7 +166,7 @@ class PointWarning(JsonRecord):
 
 
 @dataclass(frozen=True)
-class PointStated(StatedError):
+class PointStatedErrors(StatedError):
     """Error that a model states of the first relative error metric, and of all metrics.
 
     `metric` is the name of that metric; `of` has the stated errors of all metrics.
@@ -185,7 +185,7 @@ class PointSummary(JsonRecord):
 
     READ: ClassVar = {
         "errors": mapping_reader(PointError.from_json), "warnings": list_reader(PointWarning.from_json),
-        "stated": PointStated.from_json,
+        "stated": PointStatedErrors.from_json,
     }  # fmt: skip
     SELDOM: ClassVar = ("stated",)
 
@@ -195,4 +195,4 @@ class PointSummary(JsonRecord):
     size: Mapping[str, int] = field(default_factory=dict)
     errors: Mapping[str, PointError] = field(default_factory=dict)
     warnings: tuple[PointWarning, ...] = ()
-    stated: PointStated | None = None
+    stated: PointStatedErrors | None = None

@@ -34,7 +34,7 @@ from softmark.interpreter.study.robustness.robustness_record import (
     ValidityEdge,
 )
 from softmark.interpreter.study.robustness.task_queue import KIND, TaskQueue
-from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
+from softmark.interpreter.study.robustness.validity_edges import edge_of, make_choice_edge
 from softmark.interpreter.study.workers.task_journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
 from softmark.interpreter.vocabulary.study_words import RobustnessStudy
@@ -274,7 +274,7 @@ class StudyTrial:
                     others = self._walks_of_other_models(model, quantity, walk)
                     found.append(edge_of(model, quantity, walk, self._known_class_at, self.outlines, others))
                 if seen := self.chosen.get((model, quantity.name)):
-                    found.append(choice_of(model, quantity, seen, self._known_class_at, self.outlines, models))
+                    found.append(make_choice_edge(model, quantity, seen, self._known_class_at, self.outlines, models))
         return found
 
     def _walks_of_other_models(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:

@@ -53,7 +53,7 @@ def _models_right_at(model: str, quantity: WalkedQuantity, value: str, at: At, m
     return [other for other, seen in found if seen is not None and seen.word == "right"]
 
 
-def choice_of(
+def make_choice_edge(
     model: str, quantity: WalkedQuantity, seen: Mapping[str, ClassifiedPoint], at: At, outlines: Mapping[str, str],
     models: Sequence[str],
 ) -> ChoiceEdge:  # fmt: skip

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.results.atomic_files import folder_within, replace
+from softmark.interpreter.results.atomic_files import make_inner_folder, replace
 from softmark.interpreter.results.result_authentication import code_of, is_authentic
 from softmark.interpreter.study.run_cache.run_cache_keys import SCHEMA
 from softmark.safe_files import read_regular
@@ -67,7 +67,7 @@ def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]
     body = io.BytesIO()
     named: dict[str, Any] = {str(i): a for i, a in enumerate(arrays)}
     np.savez(body, json=text, **named)  # only numbers: nothing is pickled
-    folder_within(folder.parent, folder.name)
+    make_inner_folder(folder.parent, folder.name)
     if shutil.disk_usage(folder).free < RESERVE + len(body.getvalue()):
         raise OSError(None, f"less than {RESERVE >> 20} MiB of disk space would remain for reports")
     replace(_path(folder, key), _authentication_header(key, body.getvalue()) + b"\n" + body.getvalue())

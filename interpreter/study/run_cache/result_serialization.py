@@ -69,7 +69,7 @@ class Writer:
             return value
         if cls is float:
             return value if math.isfinite(value) else {"~float": repr(value)}
-        if cls is state_results.Moment:
+        if cls is state_results.TimeState:
             return {"~moment": float(value)}
         if isinstance(value, np.ndarray | np.generic):
             return {"~array" if cls is np.ndarray else "~number": self._array(np.asarray(value))}
@@ -119,7 +119,7 @@ class Reader:
 
 _READ: Mapping[str, Any] = {
     "~float": lambda reader, inner: float(inner),
-    "~moment": lambda reader, inner: state_results.Moment(inner),
+    "~moment": lambda reader, inner: state_results.TimeState(inner),
     "~array": lambda reader, inner: reader.arrays[inner],
     "~number": lambda reader, inner: reader.arrays[inner][()],
     "~tuple": lambda reader, inner: tuple(reader.read(v) for v in inner),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from softmark.grammar.diagnostic import Diagnostic, Second, Source
+from softmark.grammar.diagnostic import Diagnostic, SecondaryPlace, Source
 from softmark.grammar.tree import Span
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def from_json(own: Json, scene: Scene) -> Diagnostic:
         where, there = _absolute_location(second["at"], scene)
         if where is None or there is None:
             raise LookupError("a second place is nowhere")
-        also.append(Second(where, there, second["label"]))
+        also.append(SecondaryPlace(where, there, second["label"]))
     return Diagnostic(
         own["code"], own["message"], source, span, own["label"], own["help"], tuple(own["notes"]), tuple(also)
     )

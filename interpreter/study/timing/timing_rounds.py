@@ -160,7 +160,7 @@ class _TimingRunner:
                 self._time_job_once(book, job, "phases")
 
     def _time_job_once(self, book: _TimingRecords, job: TimingJob, kind: str) -> None:
-        record = one_run(job, self.cores, kind)
+        record = run_timing_process(job, self.cores, kind)
         if kind == "timed" and (found := timing_quality.disturbances(record, book.pace)):
             record["flags"] = found
             self.say("time", f"{job.called}: disturbed ({', '.join(found)})")
@@ -196,7 +196,7 @@ class _TimingRunner:
         self.busy = True
 
 
-def one_run(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record:
+def run_timing_process(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record:
     """Run one timing process and return its record.
 
     A process that ends without a record, or too late, gets a record with a status and a message.

@@ -63,8 +63,8 @@ class BeamLine:
         Node positions and section axes follow from displacements of points on the axis and at that distance from it.
         """
         shape = self.case.prism
-        arm, (X, axes) = arm_of(shape.section), self.at_rest
-        x, R = deformed_axes(X, axes[:, 1:], arm, displacement)
+        arm, (X, axes) = sampling_distance(shape.section), self.at_rest
+        x, R = deformed_nodes_and_axes(X, axes[:, 1:], arm, displacement)
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
         l, natural = np.diff(self.s), None
         if not isinstance(shape, Prism):
@@ -215,12 +215,12 @@ def clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
     return 0.5 * (1.0 - np.cos(turn)), weights / n
 
 
-def arm_of(section: Section) -> float:
+def sampling_distance(section: Section) -> float:
     """Return the distance from the axis, m, at which displacements are sampled."""
     return max(max(abs(u), abs(v)) for u, v in section.samples())
 
 
-def deformed_axes(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
+def deformed_nodes_and_axes(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
     """Return the deformed positions (n, 3), m, and section axes (n, 3, 3) of nodes X (n, 3), m.
 
     `displacement` maps points to their displacements. It is evaluated at the nodes and at points at the distance `arm`,

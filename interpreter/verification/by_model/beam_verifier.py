@@ -17,7 +17,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.by_model.beam_forces_check import balance_of, reactions_of, rod_of
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
-from softmark.interpreter.verification.grid_convergence import COARSE, HOPELESS, error_from_finer, must_be_close
+from softmark.interpreter.verification.grid_convergence import COARSE, HOPELESS, error_from_finer, require_close_grids
 from softmark.interpreter.verification.probe_errors import NO_ERROR, NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
@@ -76,7 +76,7 @@ class BeamVerifier(Verifier):
         if segments % 2 == 0:
             farther = seen.of(self._solve_with_segments(answer, segments // 2)).apart(seen)
         found = error_from_finer(apart, 2.0, self.order, farther)
-        must_be_close([found], max(seen.size, seen.acting), HOPELESS)
+        require_close_grids([found], max(seen.size, seen.acting), HOPELESS)
         return found
 
     def _solve_with_segments(self, answer: SolutionUnderTest, segments: int) -> Solution:
@@ -117,7 +117,9 @@ class BeamVerifier(Verifier):
         if tensors:
             leans = max(map(taper_error, self.pieces(answer.case)))
             return (2.0 * missing + leans) * section_stress_scale(answer, seen)
-        return (2.0 if seen.is_about_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
+        return (
+            (2.0 if seen.is_about_forces else 1.0) * missing * seen.size
+        )  # an energy goes with the square of what bends
 
     def left_out(self, answer: SolutionUnderTest) -> float:
         """Return the relative displacement error of beam theory. Raises NoErrorEstimate."""

@@ -15,9 +15,9 @@ from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.by_model.beam_forces_check import (
-    arm_of,
-    deformed_axes,
+    deformed_nodes_and_axes,
     integrate_hats,
+    sampling_distance,
     stiffness_along,
     worse_balance,
 )
@@ -88,7 +88,7 @@ class DeformedNetwork:
     def _deform_member(self, number: int, member: Member) -> CheckedRod:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
         shifts: Any = self.found.solution.displacement  # its method `of` gives that of one member
-        x, R = deformed_axes(X, across, arm_of(member.section), partial(shifts.of, number))
+        x, R = deformed_nodes_and_axes(X, across, sampling_distance(member.section), partial(shifts.of, number))
         C = stiffness_along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
         return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
 
@@ -129,7 +129,7 @@ class DeformedNetwork:
                         integrate_hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w
                     )
                 case LineForce(begin=begin, end=end, force=q):
-                    if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]  # E345 refuses others
+                    if frame_selection.locate_line_on_member(self.network, begin, end)[0] == number:  # type: ignore[index]  # E345 refuses others
                         low, high = sorted(
                             float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
                         )
@@ -222,7 +222,9 @@ def _internal_and_external_forces(found: VerifiedSolution) -> tuple[Floats, Floa
         raise NoIndependentFormula("there is no solution")
     if _internal_and_external_forces not in found.known:
         frame, scale = frame_of(found), _moment_scaling(found)
-        noise = max(rod.rounding(arm_of(m.section)) for rod, m in zip(frame.rods, frame.network.members, strict=True))
+        noise = max(
+            rod.rounding(sampling_distance(m.section)) for rod, m in zip(frame.rods, frame.network.members, strict=True)
+        )
         inside, outside = frame.inside() * scale, frame.outside() * scale
         found.known[_internal_and_external_forces] = inside, outside, frame.held(), noise * len(frame.rods) ** 0.5
     known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_internal_and_external_forces]
@@ -247,7 +249,7 @@ class FrameVerifier(BeamVerifier):
         frame = frame_of(found)
         for rod, member in zip(frame.rods, frame.network.members, strict=True):
             u, v = (max(abs(p[i]) for p in member.section.samples()) for i in (0, 1))
-            own = rod.strain(np.array([arm_of(member.section), v, u]))
+            own = rod.strain(np.array([sampling_distance(member.section), v, u]))
             bent, stretched = max(bent, own[0]), max(stretched, own[1])
             curvature = max(curvature, float(np.hypot(rod.curvatures[:, 1], rod.curvatures[:, 2]).max()))
         return {

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
-from softmark.interpreter.models.shared.material_regions import own_points
+from softmark.interpreter.models.shared.material_regions import stiffness_points
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import split_by_material
@@ -120,7 +120,7 @@ class SolidState:
         found, noise = np.zeros_like(self.mesh.points), 0.0
         for own, which in split_by_material(self.case, self.mesh):
             cells = self.mesh.cells[which][near[which]]
-            rules = own_points(own, self.mesh.mesh, which, False)
+            rules = stiffness_points(own, self.mesh.mesh, which, False)
             rules = None if rules is None else (rules[0][near[which]], rules[1][near[which]])
             body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u, rules)
             body = self._add_deformation_history(own, body)
@@ -249,7 +249,7 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
         raise NoIndependentFormula(f"no independent formula is available for formulation = {model.formulation}")
     case = _passive_case(case)
     material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
-    rules = own_points(case, mesh.mesh, which, True)
+    rules = stiffness_points(case, mesh.mesh, which, True)
     if getattr(material, "directed", False):
         from softmark.interpreter.verification import fiber_directions_check
 
@@ -263,11 +263,11 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
         )
     if case.uniform:
         return MixedBody(*body, split, mu, own, case.depth)
-    from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
+    from softmark.interpreter.verification.heterogeneous_constants_check import elastic_constants_function
     from softmark.solvers.independent_forces.heterogeneous_forces import HeterogeneousMixedBody
     from softmark.solvers.independent_forces.heterogeneous_forces import split_at_points as varying
 
-    constants = constants_of(case)
+    constants = elastic_constants_function(case)
     E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
     mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
     apart = varying(material, model.strain, constants)
@@ -291,7 +291,7 @@ def checked_body(
     if case.uniform:
         terms, stiff = terms_of(model, case)
         return CheckedBody(points, cells, kind, u, terms, stiff, turned, case.depth)
-    from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
+    from softmark.interpreter.verification.heterogeneous_constants_check import elastic_constants_function
     from softmark.solvers.independent_forces import heterogeneous_forces
 
     strain = "small" if turned else model.strain
@@ -303,7 +303,7 @@ def checked_body(
         )
     if case.material.thin:
         own = tuple(heterogeneous_forces.plane_stress_term(term) for term in own)
-    constants = constants_of(case)
+    constants = elastic_constants_function(case)
     mu, lam = heterogeneous_forces.lame_moduli(*constants(points[cells].reshape(-1, 3)))
     stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
     return heterogeneous_forces.HeterogeneousBody(

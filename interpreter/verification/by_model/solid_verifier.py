@@ -95,7 +95,9 @@ class SolidVerifier(SizedMeshVerifier):
             return {}
         each = [(own, which) for own, which in split_by_material(found.case, mesh) if own.material.poisson >= 0.5]
         try:
-            grown = [mixed_solid(found.declared.thing, own, mesh, which).largest_volume_changes() for own, which in each]
+            grown = [
+                mixed_solid(found.declared.thing, own, mesh, which).largest_volume_changes() for own, which in each
+            ]
         except NoIndependentFormula:  # the balance of forces says why
             return {}
         whole = {"body_volume": grown[0][1]} if not found.case.parts else {}
@@ -156,7 +158,9 @@ class SolidVerifier(SizedMeshVerifier):
         if apart > TRIFLE * fine.size:
             apart = max(apart, CHANCE * self._distance_near_point(answer, seen))
         if seen.is_about_forces and (answer.case.contacts or answer.case.pairs):
-            farther, ratio = self._change_from_coarser_mesh(answer, seen)  # the edge of contact in its cell may hide a difference
+            farther, ratio = self._change_from_coarser_mesh(
+                answer, seen
+            )  # the edge of contact in its cell may hide a difference
             apart = max(apart, farther / ratio**HIGHEST)
         if isinstance(seen.metric, TensorMetric) and apart > TRIFLE * fine.size:
             leaves = max(leaves, self._factor_by_observed_order(answer, seen, apart))
@@ -168,9 +172,9 @@ class SolidVerifier(SizedMeshVerifier):
                 f"{100 * apart / (size or apart):.3g} %"
             )
         if isinstance(seen.metric, ContactArea):
-            from softmark.interpreter.verification.contact_error import edge_area
+            from softmark.interpreter.verification.contact_error import contact_edge_error
 
-            left = max(left, FINE_EDGE * edge_area(seen.metric, fine))
+            left = max(left, FINE_EDGE * contact_edge_error(seen.metric, fine))
         return left
 
     def _factor_by_observed_order(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float) -> float:
@@ -257,7 +261,9 @@ class SolidVerifier(SizedMeshVerifier):
 
         def find() -> finer_space_error.FinerState:
             with answer.budget.reserving(answer.reserved_solution_cost):
-                solved = answer.require_deformed_mesh(SYSTEM * FINER**answer.dimension * answer.setup_and_solve_fraction)
+                solved = answer.require_deformed_mesh(
+                    SYSTEM * FINER**answer.dimension * answer.setup_and_solve_fraction
+                )
                 return finer_space_error.solve_finer_space(*own, solved, answer.tangent, answer.budget)
 
         above: finer_space_error.FinerState = answer.once("above", find)
@@ -293,10 +299,14 @@ class SolidVerifier(SizedMeshVerifier):
         with answer.budget.reserving(answer.reserved_solution_cost):
             nested = costs * FINER**dimension
             sized = answer.solid.thing.size is not None
-            if answer.choose_for_all_states("nested", not sized or nested * answer.budget.solution <= answer.budget.left):
+            if answer.choose_for_all_states(
+                "nested", not sized or nested * answer.budget.solution <= answer.budget.left
+            ):
                 model, make = finer_space_error.finer_cells(answer.solid.thing, case, answer.require_deformed_mesh())
                 declared = replace(answer.solid, thing=model)
-                return answer.solve_other_model("finer cells", declared, case, nested, mesh=make)[0], self._error_ratio(answer)
+                return answer.solve_other_model("finer cells", declared, case, nested, mesh=make)[0], self._error_ratio(
+                    answer
+                )
             costs *= SOMEWHAT**dimension
             solution, size = answer.solve_other_model("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
         ratio = (size["elements"] / self.cells(answer)) ** (1.0 / dimension)
@@ -442,7 +452,10 @@ class SolidVerifier(SizedMeshVerifier):
             return seen.of(answer.solve_other_model(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         found: Solution = answer.once(
-            key, lambda: finer_space_error.solve_on_same_mesh(*own, answer.require_deformed_mesh(0.5), answer.tangent, answer.budget)
+            key,
+            lambda: finer_space_error.solve_on_same_mesh(
+                *own, answer.require_deformed_mesh(0.5), answer.tangent, answer.budget
+            ),
         )
         return seen.of(found)
 

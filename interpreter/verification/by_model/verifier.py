@@ -114,7 +114,7 @@ def error_from_coarser(
     (first, ratio), *second = coarser
     near = seen.of(first)
     apart = seen.apart(near)
-    grid_convergence.must_be_close([apart], seen.comparison_scale(apart))
+    grid_convergence.require_close_grids([apart], seen.comparison_scale(apart))
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         far = near.of(second[0][0])
@@ -125,12 +125,12 @@ def error_from_coarser(
         from softmark.interpreter.verification import contact_error
 
         found = contact_error.contact_error_index(seen, apart, ratio, farther)
-        grid_convergence.must_be_close([found], seen.comparison_scale(apart), grid_convergence.HOPELESS)
+        grid_convergence.require_close_grids([found], seen.comparison_scale(apart), grid_convergence.HOPELESS)
         return found
     if seen.is_about_forces and farther is not None and farther > apart * ratio ** (order + grid_convergence.NEAR):
         apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = grid_convergence.convergence_index(apart, ratio, order, farther)
-    grid_convergence.must_be_close([found], seen.comparison_scale(apart), grid_convergence.HOPELESS)
+    grid_convergence.require_close_grids([found], seen.comparison_scale(apart), grid_convergence.HOPELESS)
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.runtime.kernel_cache import kernel, part
+from softmark.solvers.runtime.kernel_cache import kernel, kernel_part
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -46,7 +46,7 @@ def find_closest_triangles(
             top += 2
 
 
-@part
+@kernel_part
 def _squared_distance_to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
     """Return the squared distance, m^2, from point i of X to the box of a tree node."""
     total = 0.0
@@ -56,14 +56,14 @@ def _squared_distance_to_box(X: Floats, i: int, low: Floats, high: Floats, node:
     return total
 
 
-@part
+@kernel_part
 def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
     """Return the scalar product (b - a) . (d - c) of vectors between points (3,)."""
     total: float = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
     return total
 
 
-@part
+@kernel_part
 def _squared_distance_to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
     """Return the squared distance, m^2, from point i of X to triangle t of `corners`.
 

@@ -78,7 +78,11 @@ class RoundedGap:
     @property
     def least_curvature_radius(self) -> float:
         """Smallest radius of curvature of the surface, m."""
-        return self.core.least_curvature_radius + self.radius if math.isfinite(self.core.least_curvature_radius) else math.inf
+        return (
+            self.core.least_curvature_radius + self.radius
+            if math.isfinite(self.core.least_curvature_radius)
+            else math.inf
+        )
 
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m: those of the core minus the radius."""

@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.runtime.kernel_cache import kernel, maker, part
+from softmark.solvers.runtime.kernel_cache import allocating_kernel, kernel, kernel_part
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -57,7 +57,7 @@ def update_rotations(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T:
             T[k, j, h] += p * x[k, 3 + i]
 
 
-@part
+@kernel_part
 def _jacobian_factors(m: float) -> tuple[float, float]:
     """Return (1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2.
 
@@ -70,7 +70,7 @@ def _jacobian_factors(m: float) -> tuple[float, float]:
     return (1.0 - math.cos(t)) / m, (t - math.sin(t)) / (m * t)
 
 
-@part
+@kernel_part
 def _rotation_factors(m: float) -> tuple[float, float, float, float]:
     """Return tau, tau' / t, b and b' / t of the module docstring for m = t^2.
 
@@ -94,7 +94,7 @@ def _rotation_factors(m: float) -> tuple[float, float, float, float]:
     return tangent / t, (0.25 * t / cosine**2 - tangent) / (t * m), b, b_t
 
 
-@part
+@kernel_part
 def _add_cross_matrix(v: Floats, scale: float, M: Floats) -> None:
     """Add a cross-product matrix: M += scale [v]."""
     for i in range(3):
@@ -103,7 +103,7 @@ def _add_cross_matrix(v: Floats, scale: float, M: Floats) -> None:
         M[j, h] -= scale * v[i]
 
 
-@part
+@kernel_part
 def _add_rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
     """Add a rank-one matrix: M += scale a b^T."""
     for i in range(3):
@@ -111,7 +111,7 @@ def _add_rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
             M[i, j] += scale * a[i] * b[j]
 
 
-@part
+@kernel_part
 def _compute_cross_product(a: Floats, b: Floats, found: Floats) -> None:
     """Compute the cross product a x b and write it into `found` (3,)."""
     for i in range(3):
@@ -119,7 +119,7 @@ def _compute_cross_product(a: Floats, b: Floats, found: Floats) -> None:
         found[i] = a[j] * b[h] - a[h] * b[j]
 
 
-@part
+@kernel_part
 def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool) -> None:
     """Add a matrix product: C (3, n) += scale A B, or scale A^T B if `transposed`."""
     for i in range(3):
@@ -130,7 +130,7 @@ def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool
                     C[i, j] += factor * B[k, j]
 
 
-@part
+@kernel_part
 def _compute_rotation_matrix(q: Floats, R: Floats) -> None:
     """Compute the rotation matrix R of a unit quaternion."""
     w, a, b, c = q[0], q[1], q[2], q[3]
@@ -139,7 +139,7 @@ def _compute_rotation_matrix(q: Floats, R: Floats) -> None:
     R[2, 0], R[2, 1], R[2, 2] = 2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)
 
 
-@part
+@kernel_part
 def _compute_relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
     """Compute the relative and the mean rotation of two nodes with quaternions qa and qb, and return |theta|^2.
 
@@ -168,7 +168,7 @@ def _compute_relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats,
     return t * t
 
 
-@part
+@kernel_part
 def _add_element_forces(
     e: int, elements: Ints, l: Floats, theta: Floats, factors: tuple[float, float, float, float], R: Floats,
     Gamma: Floats, N: Floats, M: Floats, scale: float, w: Floats, tw: Floats, tM: Floats, ttM: Floats, g: Floats,
@@ -199,7 +199,7 @@ def _add_element_forces(
         g[b, 3 + i] += scale * (even - odd + stiff - 0.5 * tM[i])
 
 
-@part
+@kernel_part
 def _compute_strain_derivatives(
     theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
     A: Floats, J: Floats, by: Floats,
@@ -226,7 +226,7 @@ def _compute_strain_derivatives(
     _add_cross_products(Gamma, by[1], 1.0, by[2])
 
 
-@part
+@kernel_part
 def _compute_element_tangent(
     l: float, theta: Floats, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, N: Floats, M: Floats,
     w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats, D_a: Floats, D_b: Floats, block: Floats,
@@ -263,7 +263,7 @@ def _compute_element_tangent(
     _add_product(J, by[5], 1.0, block[9:12], True)
 
 
-@part
+@kernel_part
 def _scatter_block(
     e: int, elements: Ints, T: Floats, slots: Ints, scale: float, block: Floats, moment: Floats, data: Floats
 ) -> None:
@@ -280,7 +280,7 @@ def _scatter_block(
                 data[slots[e, i, j]] += scale * block[i, j]
 
 
-@maker
+@allocating_kernel
 def assemble_rod(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, C: Floats, rest: Floats, scale: float,
     g: Floats, slots: Ints, data: Floats,
@@ -324,7 +324,7 @@ def assemble_rod(
     return energy
 
 
-@maker
+@allocating_kernel
 def assemble_tendons(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, arms: Floats, slopes: Floats, pulls: Floats,
     scale: float, g: Floats, slots: Ints, data: Floats,
@@ -383,7 +383,7 @@ def assemble_tendons(
     return energy
 
 
-@part
+@kernel_part
 def _compute_tendon_force(
     Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
 ) -> float:
@@ -400,7 +400,7 @@ def _compute_tendon_force(
     return size
 
 
-@part
+@kernel_part
 def _add_cross_products(v: Floats, B: Floats, scale: float, C: Floats) -> None:
     """Add the cross products of v with the columns of B: C (3, n) += scale [v] B."""
     for i in range(3):
@@ -409,7 +409,7 @@ def _add_cross_products(v: Floats, B: Floats, scale: float, C: Floats) -> None:
             C[i, c] += scale * (v[j] * B[h, c] - v[h] * B[j, c])
 
 
-@part
+@kernel_part
 def _multiply_row(row: Floats, T: Floats, left: Floats) -> None:
     """Multiply a row vector by a matrix in place: `row` (3,) becomes row T; `left` (3,) is a work array."""
     for i in range(3):
@@ -418,7 +418,7 @@ def _multiply_row(row: Floats, T: Floats, left: Floats) -> None:
         row[j] = left[0] * T[0, j] + left[1] * T[1, j] + left[2] * T[2, j]
 
 
-@part
+@kernel_part
 def _compute_rotation_and_jacobian(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
     """Compute the rotation matrix E = exp(theta) and the right Jacobian T of theta = (x, y, z)."""
     m = x * x + y * y + z * z
@@ -458,7 +458,7 @@ def gyroscopic_derivatives(where: Ints, v: Floats, J: Floats, scale: float, foun
             found[k, i, b] = scale * v[where[k, a]] * (J[k, b] - J[k, a])
 
 
-@maker
+@allocating_kernel
 def add_angular_momentum_change(
     where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats
 ) -> None:

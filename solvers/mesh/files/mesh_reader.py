@@ -208,9 +208,9 @@ def _copy_groups(mesh: Mesh, new: Mesh) -> Mesh:
     """Return the mesh `new` with the groups of the mesh from which it was made."""
     if not mesh.groups:
         return new
-    from softmark.solvers.mesh.mesh_groups import split_groups
+    from softmark.solvers.mesh.mesh_groups import transfer_groups_to_split
 
-    return split_groups(mesh, new)
+    return transfer_groups_to_split(mesh, new)
 
 
 def points_in_metres(data: Any, unit: float) -> Floats:

@@ -17,7 +17,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Ints
 from softmark.solvers.mesh.mesh_group import Group
-from softmark.solvers.mesh.mesh_groups import faces_of
+from softmark.solvers.mesh.mesh_groups import find_faces_by_corners
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.files.abaqus.deck_groups import Members
@@ -73,7 +73,7 @@ def _groups_from_deck_sets(sets: Mapping[str, Members], cells: Ints, element: ty
 
 def _group_of_cell_faces(facets: tuple[Ints, ...], cells: Ints, element: type[Element]) -> Group:
     """Return the group of cell faces that coincide with facets of a file; each face occurs once."""
-    own = [faces_of(cells, element, corners) for corners in facets]
+    own = [find_faces_by_corners(cells, element, corners) for corners in facets]
     members = np.concatenate([faces for faces, _ in own]) if own else np.zeros((0, 2), dtype=np.int64)
     return Group("faces", members, foreign=sum(none for _, none in own))
 

@@ -224,7 +224,7 @@ def _sides_above_edges(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Gr
     n = int(cells.max()) + 1
     known = edges[(edges >= 0).all(axis=1) & (edges < n).all(axis=1)]
     both = np.concatenate([cells, cells + n], axis=1)
-    members, none = mesh_groups.faces_of(both, element, np.concatenate([known, known + n], axis=1))
+    members, none = mesh_groups.find_faces_by_corners(both, element, np.concatenate([known, known + n], axis=1))
     own = Group("faces", members, 0, none + len(edges) - len(known))
     there = int(mesh_groups.facets_in(replace(mesh, groups={"": own}), "").sum())
     return replace(own, inside=len(members) - there)
@@ -242,6 +242,6 @@ def _split_slice_into_tetrahedra(mesh: Mesh) -> Mesh:
     six = np.concatenate([np.take_along_axis(a, order, axis=2) for a in (low, high)], axis=2)
     cells = six[:, :, np.array(((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)))].reshape(-1, 4)
     element = element_of(Tetrahedron.linear)
-    return mesh_groups.split_groups(
+    return mesh_groups.transfer_groups_to_split(
         mesh, Mesh(mesh.points, orient_positively(mesh.points, cells, element), element.name)
     )

@@ -21,7 +21,7 @@ from softmark.interpreter.models.external.adapters import PROGRAMS, executables
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import ExternalMaterial, Floats, Ints, Problem
 
 title = PROGRAMS["calculix"].title
@@ -212,7 +212,7 @@ def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
     yield from ("*NODE FILE, FREQUENCY=99999", "U", "*END STEP")
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the deck with sets of nodes and elements that are named as in the scene. Return the file names."""
     known = [("NSET", "S", named.supports), ("ELSET", "P", named.parts)]
     sets = []

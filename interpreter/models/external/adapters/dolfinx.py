@@ -51,7 +51,7 @@ print(json.dumps(None if spec is None else [number, list(spec.submodule_search_l
 
 
 @dataclass(frozen=True)
-class Found:
+class DolfinxInstallation:
     """Python that has DOLFINx: its executable, the version of DOLFINx, and the folders that it is imported from."""
 
     python: str
@@ -95,7 +95,7 @@ def command(folder: Path) -> Sequence[str]:
     return [found.python, str(folder / DRIVER), str(folder)]
 
 
-def _find_installation() -> Found | None:
+def _find_installation() -> DolfinxInstallation | None:
     """Return the first Python that has DOLFINx; None if no Python has it."""
     return _first_with_dolfinx(tuple(candidates()))
 
@@ -110,19 +110,19 @@ def candidates() -> Iterator[str]:
 
 
 @cache
-def _first_with_dolfinx(pythons: tuple[str, ...]) -> Found | None:
+def _first_with_dolfinx(pythons: tuple[str, ...]) -> DolfinxInstallation | None:
     """Return the first of these Python executables that has DOLFINx; None if none has it."""
     return next((found for python in pythons if (found := find_dolfinx(python)) is not None), None)
 
 
-def find_dolfinx(python: str) -> Found | None:
+def find_dolfinx(python: str) -> DolfinxInstallation | None:
     """Return the DOLFINx of a Python; None if it has none or is not a Python.
 
     Our own Python is inspected without starting a process.
     """
     if python == sys.executable:
         number = PACKAGE.version()
-        return None if number is None else Found(python, number, tuple(map(str, PACKAGE.places())))
+        return None if number is None else DolfinxInstallation(python, number, tuple(map(str, PACKAGE.places())))
     if not os.access(python, os.X_OK):
         return None
     try:
@@ -130,6 +130,6 @@ def find_dolfinx(python: str) -> Found | None:
             [python, "-c", PROBE], cwd="/", capture_output=True, text=True, timeout=PATIENCE, check=True
         ).stdout
         found = json.loads(said)
-        return None if found is None else Found(python, str(found[0]), tuple(map(str, found[1])))
+        return None if found is None else DolfinxInstallation(python, str(found[0]), tuple(map(str, found[1])))
     except (OSError, ValueError, TypeError, LookupError, subprocess.SubprocessError):
         return None

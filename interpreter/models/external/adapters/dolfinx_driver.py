@@ -32,7 +32,7 @@ HELD = 1e-10  # of the largest displacement: tolerance of held displacements
 NEAR = 1e-9  # of the size of a body and of a cell: tolerance for matching points
 
 
-class Refused(Exception):
+class SolveFailure(Exception):
     """Failure without a result, with a message for users.
 
     `unsettled` is true if the iteration reports that it did not converge.
@@ -180,10 +180,10 @@ class Body:
         kind = getattr(basix.CellType, self.shape)
         xi, w = basix.make_quadrature(kind, exact)
         if not have_equal_rows(np.column_stack([xi, w]), np.column_stack([cell["xi"], cell["w"]])):
-            raise Refused(f"its quadrature of degree {exact} has other points than softmark's")
+            raise SolveFailure(f"its quadrature of degree {exact} has other points than softmark's")
         variant = basix.LagrangeVariant.equispaced
         theirs = basix.create_element(basix.ElementFamily.P, kind, self.degree, variant).points
-        self.mesh = self._mesh(arrays["points"], arrays["cells"][:, order(cell["nodes"], theirs)])
+        self.mesh = self._mesh(arrays["points"], arrays["cells"][:, match_node_order(cell["nodes"], theirs)])
         if hasattr(fem, "functionspace"):
             self.space = fem.functionspace(self.mesh, ("Lagrange", self.degree, (3,)))
         else:  # before 0.7
@@ -219,10 +219,10 @@ class Body:
         found = np.full(len(points), -1, dtype=np.int64)
         found[ours.ravel()] = blocks.ravel()
         if space.index_map_bs != 3 or np.any(found < 0):
-            raise Refused("its function space has other unknowns than the nodes of softmark")
+            raise SolveFailure("its function space has other unknowns than the nodes of softmark")
         there = self.space.tabulate_dof_coordinates()[found]
         if np.abs(there - points).max() > NEAR * np.ptp(points, axis=0).max():
-            raise Refused("its nodes lie at other places than those of softmark")
+            raise SolveFailure("its nodes lie at other places than those of softmark")
         return 3 * found[:, None] + np.arange(3)
 
     def energy(self, words: Any, arrays: Any) -> Any:
@@ -233,7 +233,7 @@ class Body:
         stuff, table = words["stuff"], SMALL if words["strain"] == "small" else FINITE
         dx, H, total = self._integration_measure(arrays, len(stuff)), ufl.grad(self.u), 0
         for number, own in enumerate(stuff):
-            numbers = constants(own["constants"]).items()
+            numbers = add_initial_moduli(own["constants"]).items()
             c = {n: fem.Constant(self.mesh, self.u.x.array.dtype.type(v)) for n, v in numbers}
             total += table[own["law"]](H, {**c, **own["choices"]}) * (dx if len(stuff) == 1 else dx(number))
         return total
@@ -253,7 +253,7 @@ class Body:
         return ufl.Measure("dx", domain=self.mesh, subdomain_data=tags, metadata=self.metadata)
 
 
-def constants(told: Any) -> Any:
+def add_initial_moduli(told: Any) -> Any:
     """Return the constants of a law, extended by its initial moduli."""
     E, nu = told["young"], told["poisson"]
     mu = 0.5 * E / (1.0 + nu)
@@ -261,12 +261,12 @@ def constants(told: Any) -> Any:
     return {"mu": mu, "lam": lam, "bulk": lam + 2.0 / 3.0 * mu, **told}
 
 
-def order(ours: Any, theirs: Any) -> list[int]:
+def match_node_order(ours: Any, theirs: Any) -> list[int]:
     """Return, for each node of a DOLFINx cell (a, 3), the index of softmark's node at the same position."""
     apart = np.abs(np.asarray(theirs)[:, None] - ours).max(axis=2)
     found = apart.argmin(axis=1)
     if sorted(found) != list(range(len(ours))) or apart.min(axis=1).max() > NEAR:
-        raise Refused("its cells have other nodes than those of softmark")
+        raise SolveFailure("its cells have other nodes than those of softmark")
     return [int(n) for n in found]
 
 
@@ -297,7 +297,7 @@ class Newton:
         from petsc4py import PETSc
 
         if np.issubdtype(PETSc.ScalarType, np.complexfloating):
-            raise Refused("its PETSc uses complex numbers: install the build with real numbers")
+            raise SolveFailure("its PETSc uses complex numbers: install the build with real numbers")
         residual = ufl.derivative(body.energy(words, arrays), body.u, ufl.TestFunction(body.space))
         self.residual = fem.form(residual)
         self.tangent = fem.form(ufl.derivative(residual, body.u, ufl.TrialFunction(body.space)))
@@ -381,7 +381,7 @@ class Newton:
             self.x.array[:] = before
             step *= 0.5
             if step < SHORTEST:
-                raise Refused(f"its Newton iteration stops at {100.0 * at:.4g} % of the load", unsettled=True)
+                raise SolveFailure(f"its Newton iteration stops at {100.0 * at:.4g} % of the load", unsettled=True)
 
     def _solve_at_load(self, share: float) -> bool:
         """Solve at a load fraction and return whether the iteration has converged."""
@@ -398,7 +398,7 @@ class Newton:
         return x[self.body.dofs]
 
 
-def solved(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
+def solve_problem(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
     """Return facts about the solution, and the displacements (s, n, 3), m, at each load fraction. Raises Refused."""
     begin = time.perf_counter()
     newton = Newton(words, arrays, Body(words, arrays, cell))
@@ -422,8 +422,8 @@ def main(folder: Path) -> None:
     arrays, cell = dict(np.load(folder / "problem.npz")), dict(np.load(folder / "cell.npz"))
     read = time.perf_counter() - begin
     try:
-        said, u = solved(words, arrays, cell)
-    except Refused as why:
+        said, u = solve_problem(words, arrays, cell)
+    except SolveFailure as why:
         (folder / "answer.json").write_text(json.dumps({"why": str(why), "unsettled": why.unsettled}))
         return
     begin = time.perf_counter()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.external.exporters.named_parts import Named
+from softmark.interpreter.models.external.exporters.named_parts import NamedParts
 from softmark.interpreter.models.external.external_problem import NoAnswer
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 UNKNOWN = "unknown version"
 NODES = "nodes.npy"  # our nodes, for matching an answer
-NAMELESS = Named({}, {}, {}, {})  # named parts for decks that need only nodes
+NAMELESS = NamedParts({}, {}, {}, {})  # named parts for decks that need only nodes
 WIDE = 300  # characters of its output that are shown
 
 
@@ -61,7 +61,7 @@ def read_nodes(folder: Path) -> Floats:
     return found
 
 
-def results(path: Path, field: str) -> tuple[ResultFile, Floats]:
+def read_vector_field(path: Path, field: str) -> tuple[ResultFile, Floats]:
     """Return a result file, and its vector field with the name `field` (p, 3). Raises NoAnswer."""
     from softmark.interpreter.models.imported_results import readers
     from softmark.references.measured_data import Unreadable

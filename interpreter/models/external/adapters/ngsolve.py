@@ -34,13 +34,13 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     if problem.element != "tet10":
         return []
     held = problem.is_held
-    pairs, middles = ends(problem)
+    pairs, middles = quadratic_edges(problem)
     if np.any(held[middles] & ~held[pairs].all(axis=1)):
         return [("supports that hold only mid-edge nodes", "its shape functions are hierarchical")]
     return []
 
 
-def ends(problem: Problem) -> tuple[Any, Any]:
+def quadratic_edges(problem: Problem) -> tuple[Any, Any]:
     """Return the edges of quadratic cells: their corners (e, 2) and their mid-edge nodes (e,)."""
     from softmark.solvers.elements.tet10 import EDGES
 
@@ -97,7 +97,7 @@ class Body:
         self.mesh = ng.Mesh(mesh)
         self.space = ng.VectorH1(self.mesh, order=2 if self.quadratic else 1)
         none: tuple[Any, Any] = np.zeros((0, 2), int), np.zeros(0, int)
-        self.pairs, self.middles = ends(problem) if self.quadratic else none
+        self.pairs, self.middles = quadratic_edges(problem) if self.quadratic else none
         self.edges = self._edges() if self.quadratic else self.middles
         self.bubble = self._edge_bubble_value() if self.quadratic else 1.0
         self._curve_edges()

@@ -23,7 +23,7 @@ from softmark.interpreter.models.external.external_problem import Answer, Extern
 from softmark.interpreter.models.external.external_process import LOG
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import Floats, Problem
 
 program = "PolyFEM_bin"
@@ -62,7 +62,7 @@ def write(problem: Problem, folder: Path) -> None:
     executables.write_nodes(problem, folder)
 
 
-def _require_named_parts(problem: Problem) -> Named:
+def _require_named_parts(problem: Problem) -> NamedParts:
     """Return the named parts of a problem, which PolyFEM's deck needs."""
     assert problem.named is not None  # as its line in PROGRAMS asks for
     return problem.named
@@ -87,7 +87,7 @@ def read(folder: Path) -> Answer:
         if settled is False or any(word in said for word in ("iteration limit", "find minimizer")):
             raise ExternalNotConverged(said)
         raise NoAnswer(f"it wrote no {deck.ANSWER}{': ' if said else ''}{said}")
-    told, found = executables.results(folder / deck.ANSWER, FIELD)
+    told, found = executables.read_vector_field(folder / deck.ANSWER, FIELD)
     u = _match_displacements(told.points, found, executables.read_nodes(folder))
     return Answer(u[None], settled, None, _read_timings(folder / deck.STATISTICS), said)
 

@@ -35,7 +35,7 @@ write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 def solved(problem: Problem) -> Answer:
     """Return displacements and section axes after the requested numbers of steps. Raises NoAnswer."""
     begin = time.perf_counter()
-    elastica = imported()
+    elastica = import_elastica()
     motion = problem.motion
     if motion is None or problem.section is None:
         raise NoAnswer("it computes rods in motion only")
@@ -81,7 +81,7 @@ def energy(rod: Any) -> float:
     return float(motion + 0.5 * (shear / thin).sum() + 0.5 * (bend / thinner**3).sum())
 
 
-def imported() -> Any:
+def import_elastica() -> Any:
     """Return the imported package `elastica`, which has no type annotations."""
     import elastica
 
@@ -90,7 +90,7 @@ def imported() -> Any:
 
 def build_simulator(problem: Problem) -> tuple[Any, Any]:
     """Return the simulator of a problem, and the rod in it."""
-    elastica = imported()
+    elastica = import_elastica()
 
     parts = (elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping)
     simulator, rod, motion = type("Simulator", parts, {})(), rod_of(problem), problem.motion
@@ -127,7 +127,7 @@ def dead_force_class(elastica: Any) -> Any:
 
 def rod_of(problem: Problem) -> Any:
     """Return a PyElastica rod that has softmark's stiffnesses and inertia, not those of a circular section."""
-    elastica = imported()
+    elastica = import_elastica()
     section, (stuff,) = problem.section, problem.stuff
     assert section is not None
     X, (along, across, _) = problem.points, section.axes.T

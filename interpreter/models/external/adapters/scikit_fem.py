@@ -38,7 +38,7 @@ def solved(problem: Problem) -> Answer:
     begin = time.perf_counter()
     mesh_class, element_class, degree = ELEMENTS[problem.element]
     element = getattr(skfem, element_class)()
-    cells = problem.cells[:, order(problem.element, element)]
+    cells = problem.cells[:, match_node_order(problem.element, element)]
     mesh = getattr(skfem, mesh_class)(np.ascontiguousarray(problem.points.T), np.ascontiguousarray(cells.T))
     basis = skfem.Basis(mesh, skfem.ElementVector(element), intorder=degree)
     places = np.zeros(problem.points.shape, dtype=np.int64)  # of ours among its degrees of freedom (n, 3)
@@ -63,7 +63,7 @@ def stiffness(u: Any, v: Any, w: Any) -> Any:
     return w["lam"] * trace(sym_grad(u)) * trace(sym_grad(v)) + 2.0 * w["mu"] * ddot(sym_grad(u), sym_grad(v))
 
 
-def order(name: str, element: Any) -> list[int]:
+def match_node_order(name: str, element: Any) -> list[int]:
     """Return, for each node of a scikit-fem cell, the index of our node at the same position."""
     from softmark.solvers.elements import element_of
 

@@ -61,7 +61,7 @@ def read(folder: Path) -> Answer:
         raise ExternalNotConverged(make_visible(why) or "it diverged")
     if not files:
         raise NoAnswer(f"it wrote no {deck.ANSWER}*.vtu")
-    told, u = executables.results(files[-1], deck.FIELD)
+    told, u = executables.read_vector_field(files[-1], deck.FIELD)
     nodes = executables.read_nodes(folder)
     if told.points.shape != nodes.shape or np.abs(told.points - nodes).max() > 2.0 * ROUNDING * np.abs(nodes).max():
         raise NoAnswer(f"the points of {files[-1].name} are not the nodes of the scene")

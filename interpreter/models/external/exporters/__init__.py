@@ -64,6 +64,6 @@ FORMATS: dict[str, Format] = {
 }
 
 
-def form(name: str) -> Any:
+def import_format(name: str) -> Any:
     """Return the module of a format by its name. Raises KeyError if it is unknown."""
     return import_module(f"softmark.interpreter.models.external.{FORMATS[name].module}")

@@ -18,7 +18,7 @@ import numpy as np
 from softmark.grammar.diagnostic import make_visible
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import ExternalMaterial, Floats, Ints, Problem
 
 FILE = "model.feb"
@@ -48,13 +48,13 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return found
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the deck with a node set for each support. Return the file names."""
     (folder / FILE).write_text("\n".join([*deck(problem, named), ""]), encoding="ascii")
     return [FILE]
 
 
-def deck(problem: Problem, named: Named) -> Iterator[str]:
+def deck(problem: Problem, named: NamedParts) -> Iterator[str]:
     """Yield the lines of the deck."""
     yield '<?xml version="1.0" encoding="ISO-8859-1"?>'
     yield "<!-- units: mm, Pa, uN (g, mm, s) -->"
@@ -96,7 +96,7 @@ def _material(number: int, stuff: ExternalMaterial) -> str:
     return f'<material id="{number}" name="M{number}" type="{LAWS[stuff.law]}">{density}{constants}</material>'
 
 
-def _mesh(problem: Problem, named: Named) -> Iterator[str]:
+def _mesh(problem: Problem, named: NamedParts) -> Iterator[str]:
     """Yield the `Mesh` element: nodes, elements and node sets."""
     yield '<Nodes name="all">'
     for i, p in enumerate((MM * problem.points).tolist(), start=1):

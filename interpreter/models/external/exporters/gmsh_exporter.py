@@ -17,7 +17,7 @@ import numpy as np
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem
 
 FILE = "mesh.msh"
@@ -55,7 +55,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return [(problem.element, "the mesh is a slice of a plane body and has no solid cells")]
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the mesh with its physical groups. Return the file names."""
     groups: dict[tuple[int, str], int] = {}
 

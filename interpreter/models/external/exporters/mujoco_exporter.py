@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import Floats, Motion, Problem
 
 Bools = NDArray[np.bool_]
@@ -39,7 +39,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return [*found, *((law, f"a flex has Young's modulus, Poisson's ratio and one law, {LAW}") for law in laws)]
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the model. Return the file names."""
     assert problem.motion is not None
     (folder / FILE).write_text(deck(problem, problem.motion) + "\n", encoding="ascii")

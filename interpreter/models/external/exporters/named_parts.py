@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedParts:
     """Named parts of a scene: cells (k,) of materials, nodes (k,) of supports and forces (n, 3), N, of loads.
 
     `facets` (k, a) are, by name, the boundary facets with all nodes held by a support, or on which a load acts.
@@ -30,7 +30,7 @@ class Named:
     facets: Mapping[str, Ints]
 
 
-def named_of(prepared: PreparedSolid, case: Case) -> Named:
+def collect_named_parts(prepared: PreparedSolid, case: Case) -> NamedParts:
     """Return the named parts of a prepared model. Raises Fault."""
     mesh, every = prepared.mesh, np.arange(len(prepared.mesh.cells), dtype=np.int64)
     names = [case.body.name, *(part.name for part in case.parts)]
@@ -40,7 +40,7 @@ def named_of(prepared: PreparedSolid, case: Case) -> Named:
     for load in case.loads:
         if (where := getattr(load.thing.action, "where", None)) is not None:
             facets[load.name] = np.unique(surface_of(case, load, where, mesh).selected_facets, axis=0)
-    return Named(parts, supports, {load.name: f for load, f in prepared.forces()}, facets)
+    return NamedParts(parts, supports, {load.name: f for load, f in prepared.forces()}, facets)
 
 
 def _enclosed_facets(mesh: Mesh, nodes: Ints) -> Ints:

@@ -28,7 +28,7 @@ from softmark.solvers.elements.tet10 import EDGES
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem
 
 FILE = "model.json"
@@ -57,7 +57,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return found
 
 
-def unsupported_loads(problem: Problem, named: Named) -> list[tuple[str, str]]:
+def unsupported_loads(problem: Problem, named: NamedParts) -> list[tuple[str, str]]:
     """Return loads that are neither a force on the whole body nor a traction on whole facets."""
     facets = _boundary_facets(problem)
     why = "its forces act on the whole body, or as uniform tractions or pressures on whole facets"
@@ -67,7 +67,7 @@ def unsupported_loads(problem: Problem, named: Named) -> list[tuple[str, str]]:
     return found if found or _are_nearly_equal(told, problem.forces) else [("the loads", why)]
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the mesh and the deck. Return the file names."""
     corners, names = _reduce_to_corner_nodes(problem, named)
     mesh = gmsh_exporter.export(corners, names, folder)
@@ -76,7 +76,7 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
     return [FILE, *mesh]
 
 
-def deck(problem: Problem, named: Named) -> dict[str, Any]:
+def deck(problem: Problem, named: NamedParts) -> dict[str, Any]:
     """Return the deck of a problem whose features and loads are all supported."""
     facets = _boundary_facets(problem)
     held = _whole_facet_displacements(problem, facets)
@@ -146,16 +146,16 @@ def _material(index: int, problem: Problem) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Acting:
+class BodyAndFacetLoad:
     """Load as an acceleration `body` (3,), m/s^2, of the whole body and `tractions` on facets (f, 3), Pa."""
 
     body: Floats
     tractions: Floats
 
 
-def _convert_load(problem: Problem, named: Named, name: str, facets: Ints) -> Acting | None:
+def _convert_load(problem: Problem, named: NamedParts, name: str, facets: Ints) -> BodyAndFacetLoad | None:
     """Return the load `name` as a body force or facet tractions; None if its nodal forces are of neither kind."""
-    F, none = named.loads[name], Acting(np.zeros(3), np.zeros((len(facets), 3)))
+    F, none = named.loads[name], BodyAndFacetLoad(np.zeros(3), np.zeros((len(facets), 3)))
     if not F.any():
         return none
     if name not in named.facets:
@@ -238,7 +238,7 @@ def _has_straight_edges(problem: Problem) -> bool:
     return _are_nearly_equal(X[:, np.array(EDGES)].mean(axis=2), X[:, 4:])
 
 
-def _reduce_to_corner_nodes(problem: Problem, named: Named) -> tuple[Problem, Named]:
+def _reduce_to_corner_nodes(problem: Problem, named: NamedParts) -> tuple[Problem, NamedParts]:
     """Return the problem and its named parts with only corner nodes, renumbered."""
     used, cells = np.unique(problem.cells[:, :4], return_inverse=True)
     number = np.full(len(problem.points), -1, dtype=np.int64)

@@ -17,7 +17,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import ExternalMaterial, Problem
 
 FILE = "model.scn"
@@ -53,7 +53,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return found
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the scene. Return the file names."""
     (folder / FILE).write_text("\n".join([*deck(problem), ""]), encoding="utf-8")
     return [FILE]

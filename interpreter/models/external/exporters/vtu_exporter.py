@@ -11,7 +11,7 @@ import numpy as np
 from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.exporters.named_parts import NamedParts
     from softmark.interpreter.models.external.external_problem import Problem
 
 FILE = "problem.vtu"
@@ -24,7 +24,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return []
 
 
-def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
     """Write the mesh with nodal fields. Return the file names.
 
     The fields are `forces`, N, in total and for each load; `held`, 1 or 0 in each direction; and imposed `values`,

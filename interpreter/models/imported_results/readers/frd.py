@@ -16,7 +16,7 @@ import numpy as np
 from softmark.interpreter.models.imported_results.readers.result_frames import (
     AGAIN,
     Block,
-    Moment,
+    ResultState,
     checked_state,
     combine_states,
     state_on_mesh,
@@ -112,7 +112,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _states_of_increments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
-             left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
+             left: tuple[str, ...]) -> list[ResultState]:  # fmt: skip
     """Return the states of a CalculiX file, one for each of the increments `steps`, whose keys are times.
 
     X are the points and `blocks` the cells of all states; `left` describes unused content. Raises Unreadable.

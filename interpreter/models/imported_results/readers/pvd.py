@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softmark.interpreter.models.imported_results.readers import LARGEST
 from softmark.interpreter.models.imported_results.readers.pvtu import part
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Moment, combine_states
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, ResultState, combine_states
 from softmark.interpreter.models.imported_results.readers.vtu import read_moment
 from softmark.interpreter.models.imported_results.readers.xml_trees import parse_xml, resolve_within_folder
 from softmark.interpreter.models.imported_results.result_file import ResultFile
@@ -57,7 +57,7 @@ def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
     return list(found)
 
 
-def _states_of_files(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
+def _states_of_files(name: str, files: list[Path], times: list[str]) -> Iterator[ResultState]:
     """Yield the states of the files of a series, at these times. Raises Unreadable."""
     for file, time in zip(files, times, strict=True):
         if time and not NUMBER.fullmatch(time.strip()):

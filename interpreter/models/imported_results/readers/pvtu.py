@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from softmark.interpreter.models.imported_results.readers import vtu
-from softmark.interpreter.models.imported_results.readers.result_frames import Moment, combine_states
+from softmark.interpreter.models.imported_results.readers.result_frames import ResultState, combine_states
 from softmark.interpreter.models.imported_results.readers.xml_trees import parse_xml, resolve_within_folder
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
@@ -18,7 +18,7 @@ def read(file: Path) -> ResultFile:
     return combine_states(file.name, [read_moment(file)])
 
 
-def read_moment(file: Path) -> Moment:
+def read_moment(file: Path) -> ResultState:
     """Return the content of a PVTU file as one state of a series. Raises Unreadable."""
     return vtu.read_moment(part(file))
 

@@ -24,7 +24,7 @@ Block = tuple[str, Ints]  # meshio's word of an element, or other words for it, 
 
 
 @dataclass(frozen=True)
-class Moment:
+class ResultState:
     """State of a result file at one time: points (n, 3), blocks of cells, and arrays with a row per point."""
 
     points: Floats
@@ -54,7 +54,7 @@ def checked_state(
     arrays: Mapping[str, NDArray[np.generic]],
     time: float | None = None,
     left: tuple[str, ...] = (),
-) -> Moment:
+) -> ResultState:
     """Return the state of the file `name` after checking it. Raises Unreadable.
 
     `left` describes content of the file that is not used.
@@ -65,11 +65,11 @@ def checked_state(
         raise Unreadable(name, f"its points have {shape} numbers, not three for each of one or more points", AGAIN)
     _check_finite(name, "a coordinate", P)
     whole = tuple(_checked_block(name, block, len(P)) for block in blocks)
-    return state_on_mesh(name, Moment(P, whole, {}), arrays, time, left)
+    return state_on_mesh(name, ResultState(P, whole, {}), arrays, time, left)
 
 
-def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
-          left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
+def state_on_mesh(name: str, mesh: ResultState, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
+          left: tuple[str, ...] = ()) -> ResultState:  # fmt: skip
     """Return a state with other `arrays` on the mesh of a checked state. Raises Unreadable."""
     n, known = len(mesh.points), {}
     for word, values in arrays.items():
@@ -81,7 +81,7 @@ def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.gener
             _check_finite(name, f"`{word}`", known[word])
     if time is not None and not np.isfinite(time):
         raise Unreadable(name, f"its time is {time}", "write a valid time")
-    return Moment(mesh.points, mesh.blocks, known, None if time is None else float(time), left)
+    return ResultState(mesh.points, mesh.blocks, known, None if time is None else float(time), left)
 
 
 def _check_finite(name: str, what: str, values: Floats) -> None:
@@ -116,12 +116,12 @@ def _checked_block(name: str, block: Block, count: int) -> Block:
     return word, np.ascontiguousarray(cells, dtype=np.int64)
 
 
-def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> ResultFile:
+def combine_states(name: str, moments: Iterable[ResultState], ids: Ints | None = None) -> ResultFile:
     """Return states of one mesh as a series, in the order of their times. Raises Unreadable.
 
     `ids` are the numbers of the points, if the file has them.
     """
-    every: list[Moment] = []
+    every: list[ResultState] = []
     for each in moments:
         if every:
             _check_same_mesh(name, every[0], each, len(every))
@@ -144,7 +144,7 @@ def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None
     )  # fmt: skip
 
 
-def _check_same_mesh(name: str, first: Moment, each: Moment, i: int) -> None:
+def _check_same_mesh(name: str, first: ResultState, each: ResultState, i: int) -> None:
     """Raise Unreadable unless both states have the same mesh."""
     remedy = "write all times of the series on one mesh, or name one of its files"
     if len(each.points) != len(first.points):
@@ -159,7 +159,7 @@ def _check_same_mesh(name: str, first: Moment, each: Moment, i: int) -> None:
         raise Unreadable(name, f"the cells at time {i} after the first differ from those of the first", remedy)
 
 
-def _sort_by_time(name: str, every: list[Moment]) -> list[Moment]:
+def _sort_by_time(name: str, every: list[ResultState]) -> list[ResultState]:
     """Return states in the order of their times or, without times, of the file. Raises Unreadable for equal times."""
     times = [each.time for each in every if each.time is not None]
     if len(times) < len(every):

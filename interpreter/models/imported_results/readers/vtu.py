@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.models.imported_results.readers.result_frames import (
     AGAIN,
     Block,
-    Moment,
+    ResultState,
     checked_state,
     combine_states,
 )
@@ -54,7 +54,7 @@ def read(file: Path) -> ResultFile:
     return combine_states(file.name, [read_moment(file)])
 
 
-def read_moment(file: Path) -> Moment:
+def read_moment(file: Path) -> ResultState:
     """Return the content of a VTU file as one state of a series. Raises Unreadable."""
     with limited_resources(file):
         data = read_regular(file)
@@ -82,7 +82,7 @@ def _split_appended_data(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None
     return data[:start] + b"</VTKFile>", (data[start:end], data[end:])
 
 
-def _join_pieces(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
+def _join_pieces(source: VtuArrays, grid: ElementT, pieces: list[ElementT]) -> ResultState:
     """Return the pieces of a grid as one state, with the time that ParaView writes."""
     points, blocks, arrays, before = [], list[Block](), list[dict[str, Array]](), 0
     for piece in pieces:
@@ -110,7 +110,7 @@ def _join_pieces(source: Source, grid: ElementT, pieces: list[ElementT]) -> Mome
     )  # fmt: skip
 
 
-def _cells(source: Source, piece: ElementT) -> list[Block]:
+def _cells(source: VtuArrays, piece: ElementT) -> list[Block]:
     """Return the cells of a piece, in blocks of one type. Raises Unreadable."""
     m = source.count(piece, "NumberOfCells")
     items = {a.get("Name"): a for a in piece.findall("Cells/DataArray")}
@@ -139,7 +139,7 @@ def _cells(source: Source, piece: ElementT) -> list[Block]:
     return found
 
 
-def _integer_array(source: Source, item: ElementT) -> Ints:
+def _integer_array(source: VtuArrays, item: ElementT) -> Ints:
     """Return an array of integers. Raises Unreadable."""
     found = source.array(item)
     if found.dtype.kind not in "iu" or (found.size and int(found.max()) >= 2**62):
@@ -148,7 +148,7 @@ def _integer_array(source: Source, item: ElementT) -> Ints:
 
 
 @dataclass(frozen=True)
-class Source:
+class VtuArrays:
     """Data arrays of a VTU file, and their encoding."""
 
     name: str
@@ -231,7 +231,7 @@ class Source:
         return b"".join(parts)
 
 
-def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room: int) -> Source:
+def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room: int) -> VtuArrays:
     """Return the encoding of a file's arrays, which may unpack to `room` bytes in total. Raises Unreadable."""
     packer, header = top.get("compressor"), top.get("header_type", "UInt32")
     if packer is not None and packer not in COMPRESSED:
@@ -247,7 +247,7 @@ def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room
         int(w) for item in top.iter("DataArray") if re.fullmatch(r"\d{1,12}", w := item.get("offset", "").strip())
     }
     ends = dict(pairwise([*sorted(starts), len(data)]))
-    return Source(name, order, HEADERS[header], COMPRESSED.get(packer or ""), raw, data, ends, [room])
+    return VtuArrays(name, order, HEADERS[header], COMPRESSED.get(packer or ""), raw, data, ends, [room])
 
 
 def _decode_base64(data: bytes) -> bytes:

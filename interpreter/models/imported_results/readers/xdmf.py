@@ -21,7 +21,7 @@ from softmark.interpreter.models.imported_results.readers.result_frames import (
     AGAIN,
     FLAT,
     Block,
-    Moment,
+    ResultState,
     checked_state,
     combine_states,
     state_on_mesh,
@@ -48,7 +48,7 @@ INCLUDES = ("{http://www.w3.org/2001/XInclude}include", "{http://www.w3.org/2003
 
 
 @dataclass(frozen=True)
-class Source:
+class XdmfFile:
     """XDMF file, and the HDF5 files in its folder that hold its numbers.
 
     `files` has the HDF5 files by the names that the XDMF file uses for them.
@@ -82,7 +82,9 @@ class Source:
             raise self.unreadable_error(f"its numbers have the format `{form[:40]}`, which is not supported", PLAIN)
         shape = tuple(map(int, told.split()))
         if found.size != math.prod(shape):
-            raise self.unreadable_error(f"an item of `{of.tag}` has {found.size} numbers, but {math.prod(shape)} are announced")
+            raise self.unreadable_error(
+                f"an item of `{of.tag}` has {found.size} numbers, but {math.prod(shape)} are announced"
+            )
         return found.reshape(shape)
 
     def _numbers_from_text(self, item: ElementT) -> Array:
@@ -122,13 +124,13 @@ def read(file: Path) -> ResultFile:
     size = file.stat().st_size + sum(path.stat().st_size for path in files.values())
     with limited_resources(file, size), ExitStack() as stack:
         try:
-            return combine_states(file.name, _states_of_grids(Source(file.name, files, stack), top))
+            return combine_states(file.name, _states_of_grids(XdmfFile(file.name, files, stack), top))
         except ModuleNotFoundError:
             remedy = 'run `pip install "softmark[xdmf]"`, or write the numbers as XML'
             raise Unreadable(file.name, "its numbers are stored in HDF5, and h5py is not installed", remedy) from None
 
 
-def _states_of_grids(source: Source, top: ElementT) -> list[Moment]:
+def _states_of_grids(source: XdmfFile, top: ElementT) -> list[ResultState]:
     """Return the states of the grids; grids with equal times are combined. Raises Unreadable."""
     grids = top.findall("Domain/Grid")
     series = [grid for grid in grids if grid.get("GridType") == "Collection"]
@@ -143,7 +145,9 @@ def _states_of_grids(source: Source, top: ElementT) -> list[Moment]:
             time = _time_of_grid(source, grid)
             base = grid if _has_own_mesh(grid) else mesh
             if base is None or any(part.get("href") for tag in INCLUDES for part in grid.findall(tag)):
-                raise source.unreadable_error("it has no grid with its points and cells", "write them into the file itself")
+                raise source.unreadable_error(
+                    "it has no grid with its points and cells", "write them into the file itself"
+                )
             kept = steps.setdefault(i if time is None else ("at", time), (base, time, []))
             kept[2].extend(grid.findall("Attribute"))
     if not series and len(steps) > 1:
@@ -155,7 +159,7 @@ def _has_own_mesh(grid: ElementT) -> bool:
     return grid.find("Topology") is not None and grid.find("Geometry") is not None
 
 
-def _time_of_grid(source: Source, grid: ElementT) -> float | None:
+def _time_of_grid(source: XdmfFile, grid: ElementT) -> float | None:
     told = grid.find("Time")
     if told is None:
         return None
@@ -165,7 +169,7 @@ def _time_of_grid(source: Source, grid: ElementT) -> float | None:
         raise source.unreadable_error("one of its times is not given as a Value", "write times as Value") from None
 
 
-def _state_of_grid(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
+def _state_of_grid(source: XdmfFile, base: ElementT, time: float | None, attributes: list[ElementT]) -> ResultState:
     """Return the state of a grid: points, cells, and values at the points. Raises Unreadable."""
     if base not in source.known:  # which series share
         source.known[base] = _plane_flag_and_mesh(source, base)
@@ -184,7 +188,7 @@ def _state_of_grid(source: Source, base: ElementT, time: float | None, attribute
     return state_on_mesh(source.name, mesh, arrays, time, tuple(left))
 
 
-def _plane_flag_and_mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
+def _plane_flag_and_mesh(source: XdmfFile, base: ElementT) -> tuple[bool, ResultState]:
     """Return whether a grid is plane, and a state with its points and cells. Raises Unreadable."""
     geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
     kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
@@ -202,7 +206,7 @@ def _extend_to_3d(values: Array) -> Array:
     return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
 
 
-def _cells(source: Source, topology: ElementT) -> list[Block]:
+def _cells(source: XdmfFile, topology: ElementT) -> list[Block]:
     """Return the cells of a topology. Raises Unreadable."""
     from meshio.xdmf.common import translate_mixed_cells, xdmf_to_meshio_type
 
@@ -220,7 +224,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
     return [(word, data.astype(np.int64).reshape(len(data), -1))]
 
 
-def _to_integers(source: Source, data: Array) -> Array:
+def _to_integers(source: XdmfFile, data: Array) -> Array:
     """Return integers from numbers that may be stored as floats, the default type of XDMF. Raises Unreadable."""
     found = np.asarray(data, dtype=np.float64)
     if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):

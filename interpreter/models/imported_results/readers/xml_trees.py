@@ -28,7 +28,7 @@ def parse_xml(name: str, data: bytes, root: str) -> ElementT:
         raise Unreadable(name, "it is not XML in UTF-8", AGAIN) from None
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise Unreadable(name, "it declares a document type or entities", "remove them: results do not need them")
-    builder = _Shallow(name)
+    builder = _DepthLimitedBuilder(name)
     parser = ElementTree.XMLParser(target=builder)
     try:
         parser.feed(text)
@@ -40,7 +40,7 @@ def parse_xml(name: str, data: bytes, root: str) -> ElementT:
     return top
 
 
-class _Shallow(ElementTree.TreeBuilder):
+class _DepthLimitedBuilder(ElementTree.TreeBuilder):
     """Builder of XML trees with a limited nesting depth."""
 
     def __init__(self, name: str) -> None:

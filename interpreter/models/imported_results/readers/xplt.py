@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.models.imported_results.readers.result_frames import (
     AGAIN,
     Block,
-    Moment,
+    ResultState,
     checked_state,
     combine_states,
     state_on_mesh,
@@ -156,7 +156,10 @@ def _cells(domain: Chunk) -> Block:
     if kind not in TYPES:
         raise Unreadable(domain.name, f"its cells have an unknown type {kind}", VTK)
     word, nodes = TYPES[kind]
-    table, wide = domain.single_chunk_at(CELL_LIST).numbers("i"), nodes + 3  # what it is, its size, its number, its nodes
+    table, wide = (
+        domain.single_chunk_at(CELL_LIST).numbers("i"),
+        nodes + 3,
+    )  # what it is, its size, its number, its nodes
     if m < 0 or table.size != m * wide:
         raise Unreadable(domain.name, f"it announces {m} cells of {nodes} nodes, but has {table.size} numbers", AGAIN)
     table = table.reshape(m, wide)
@@ -172,9 +175,9 @@ def _variable_name_and_type(item: Chunk) -> tuple[str, int]:
 
 
 def _converged_states(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
-             X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
+             X: Floats, blocks: list[Block]) -> list[ResultState]:  # fmt: skip
     """Return the states that FEBio marks as converged. Raises Unreadable."""
-    mesh, found, left = checked_state(whole.name, X, blocks, {}), list[Moment](), list[str]()
+    mesh, found, left = checked_state(whole.name, X, blocks, {}), list[ResultState](), list[str]()
     for what, state in _unpack_streams(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
             raise Unreadable(whole.name, "its mesh changes between states", "write the states of one mesh")

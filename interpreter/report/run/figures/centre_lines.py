@@ -15,8 +15,8 @@ from softmark.interpreter.report.charts.chart_axes import linear
 from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import REST
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block, hidden_models_note
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block, hidden_models_note
 from softmark.interpreter.report.page.html_markup import join_names, prose, section, strip_backticks, tag
 from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import (
@@ -42,7 +42,9 @@ EMPTY = "No probe has a result."
 
 def section_of(findings: ReportSummary) -> str:
     """Return the HTML section with a figure for each line probe, and tables of point probes."""
-    figures = [Lines(findings, number, probe).render_figure() for number, probe in enumerate(lines_of(findings))]
+    figures = [
+        CentreLineFigure(findings, number, probe).render_figure() for number, probe in enumerate(lines_of(findings))
+    ]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
         seen = any(len(p.points) for who in findings.probes.values() for p in who.values())
@@ -51,7 +53,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 @dataclass(frozen=True)
-class Lines:
+class CentreLineFigure:
     """Figure of the centre lines at one line probe."""
 
     findings: ReportSummary
@@ -152,7 +154,11 @@ class Lines:
         plane = f"Probe `{self.probe}` in the {'–'.join(self.axes)} plane, to the same scale along both axes."
         models = [n for n in self.lines if n in self.findings.report.models]
         shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
-        gone = f" Outside the drawing: {join_names([f'`{n}`' for n in self.omitted_models])}." if self.omitted_models else ""
+        gone = (
+            f" Outside the drawing: {join_names([f'`{n}`' for n in self.omitted_models])}."
+            if self.omitted_models
+            else ""
+        )
         return f"{plane} {self._closest_models_sentence()}{gone}{self._out_of_plane_sentence()}{shown}"
 
     def _out_of_plane_sentence(self) -> str:
@@ -162,27 +168,27 @@ class Lines:
         within = format_quantity(depth, "m", 2)
         return f" Normal to this plane the lines extend over {within}." if depth > 1e-6 * self.size else ""
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         """Return the columns of the data table: arc length, and both coordinates of every line in the plane."""
         scale = choose_scale((self.size,), "m")
         decimals = choose_decimals((self.size,), scale, 6)
         heading = scale.heading("s")
-        found = [PlateColumn(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])]
+        found = [ColumnGroup(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])]
         symbols = tuple(scale.heading(axis) for axis in self.axes)
         for name, X in self.lines.items():
             cells = [tuple(scale.fixed(float(v), decimals) for v in row) for row in X[:, self.plane]]
-            found.append(PlateColumn(name, symbols, cells))
+            found.append(ColumnGroup(name, symbols, cells))
         return found
 
     def _csv_link(self) -> str:
         """Return the link to a CSV file with all three coordinates, m."""
         header = ["s [m]", *(f"{name} {axis} [m]" for name in self.lines for axis in AXES)]
-        rows = [[format_short(float(s)), *self._csv_row(i)] for i, s in enumerate(arc(self.undeformed))]
+        rows = [[round_for_drawing(float(s)), *self._csv_row(i)] for i, s in enumerate(arc(self.undeformed))]
         return csv_link(f"{self.probe}-positions", header, rows)
 
     def _csv_row(self, index: int) -> Iterator[Cell]:
         for X in self.lines.values():
-            yield from (format_short(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
+            yield from (round_for_drawing(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
 
 
 def _axis_ranges_with_plot_size(X: Floats) -> tuple[Point, Point, float, float]:

@@ -17,8 +17,8 @@ from softmark.interpreter.report.run.report_summary import (
 )
 from softmark.interpreter.report.run.tables.error_statement_table import (
     error_statement,
-    models_without_estimate,
-    verified_forces,
+    missing_estimates_sentence,
+    verified_forces_sentence,
 )
 from softmark.interpreter.report.run.tables.metric_details import details_of
 from softmark.interpreter.report.run.tables.results_table import (
@@ -27,7 +27,7 @@ from softmark.interpreter.report.run.tables.results_table import (
     ResultsTable,
     caption,
     sort_metrics,
-    stated_of,
+    stated_error_or_uncertainty,
 )
 from softmark.interpreter.results.run_report import ReferenceResult, Timing
 
@@ -62,8 +62,8 @@ def error_statements(findings: ReportSummary) -> str:
     """Return the errors that models state as HTML, and a line on forces that were verified independently."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := error_statement(m))]
-    said += [tag("li", prose(quiet))] if (quiet := models_without_estimate(findings.report)) else []
-    again = verified_forces(findings.report)
+    said += [tag("li", prose(quiet))] if (quiet := missing_estimates_sentence(findings.report)) else []
+    again = verified_forces_sentence(findings.report)
     stated = tag("ul", *said, class_="notes") if said else ""
     return stated + (tag("p", text(again), class_="quiet about") if again else "")
 
@@ -118,7 +118,9 @@ def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
     uncertain = [m for m in columns if findings.uncertainty(m)]
     header += [f"{m.name} within the uncertainty" for m in uncertain]
-    said = [m for m in columns if any(stated_of(r, m) is not None for r in findings.all_results.values())]
+    said = [
+        m for m in columns if any(stated_error_or_uncertainty(r, m) is not None for r in findings.all_results.values())
+    ]
     header += [f"{m.name} stated error [{m.unit}]" for m in said]
     header += [*SIZES, "iterations", "residual"]
     header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in PARTS]
@@ -136,7 +138,7 @@ def _csv_row(
 ) -> list[Cell]:
     metrics: list[Cell] = [value_of(result, m.name) for m in columns]
     metrics += [_within_uncertainty_cell(result, m) for m in uncertain]
-    metrics += [stated_of(result, m) for m in said]
+    metrics += [stated_error_or_uncertainty(result, m) for m in said]
     if isinstance(result, ReferenceResult):
         none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
         return [name, "reference", result.status, result.message, result.about, *metrics, *none]

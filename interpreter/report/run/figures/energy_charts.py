@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import linear
 from softmark.interpreter.report.charts.curve_styles import CurveStyle, model_look, phase_look
-from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.charts.line_chart import Chart, Curve, legend_sample_svg
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import Floats
@@ -26,7 +26,7 @@ LEFT, TOP, WIDTH, HEIGHT = 58.0, 30.0, 300.0, 150.0
 SUM = "total"  # energy whose drift is reported
 
 
-def energy_plates(findings: ReportSummary) -> str:
+def energy_charts_html(findings: ReportSummary) -> str:
     """Return the HTML of the charts with a legend; empty if no model has energies."""
     known = [(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
     found = [e for n, m, look in known if (e := _energies_of_model(n, m, look)) is not None]
@@ -34,7 +34,9 @@ def energy_plates(findings: ReportSummary) -> str:
         return ""
     names = list(dict.fromkeys(name for e in found for name in e.values))
     phases = {name: phase_look(i) for i, name in enumerate(names)}
-    key = tag("ul", *(tag("li", sample(look), tag("span", text(n))) for n, look in phases.items()), class_="key")
+    key = tag(
+        "ul", *(tag("li", legend_sample_svg(look), tag("span", text(n))) for n, look in phases.items()), class_="key"
+    )
     charts = tag("div", *(e.render_figure(i, phases) for i, e in enumerate(found)), class_="small-plates")
     return tag("h3", "Energies") + key + charts
 
@@ -93,18 +95,22 @@ class _Energies:
         points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.drawn_time_indices)
         return Curve(name, replace(phase, role="model", colour=self.look.colour), points, 1 + index, 1)
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         scale = choose_scale([float(np.abs(v).max()) for v in self.values.values()], "J")
-        found = [PlateColumn("t / s", ("t / s",), [(typeset_number(f"{self.times[i]:.5g}"),) for i in self.drawn_time_indices])]
+        found = [
+            ColumnGroup(
+                "t / s", ("t / s",), [(typeset_number(f"{self.times[i]:.5g}"),) for i in self.drawn_time_indices]
+            )
+        ]
         for name, v in self.values.items():
             cells = [(typeset_number(f"{v[i] / scale.factor:.5g}"),) for i in self.drawn_time_indices]
-            found.append(PlateColumn(name, (scale.heading("E"),), cells))
+            found.append(ColumnGroup(name, (scale.heading("E"),), cells))
         return found
 
     def _csv_link(self) -> str:
         header = ["t [s]", *(f"{n} [J]" for n in self.values)]
         rows: list[list[Cell]] = [
-            [format_short(float(t)), *(format_short(float(v[i])) for v in self.values.values())]
+            [round_for_drawing(float(t)), *(round_for_drawing(float(v[i])) for v in self.values.values())]
             for i, t in enumerate(self.times)
         ]
         return csv_link(f"{self.name}-energies", header, rows)

@@ -11,8 +11,8 @@ from softmark.interpreter.language.number_formatting import format_quantity, typ
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.curve_styles import CurveStyle
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import prose, section, tag
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import Floats, curve_styles
@@ -160,7 +160,7 @@ class _Distribution:
         width = WIDTH * min(1.0, x.at(min(known, self.error_axis_end)))
         return tag("rect", x=LEFT, y=TOP, width=f"{width:.1f}", height=HEIGHT, class_="uncertain")
 
-    def _columns(self, name: str) -> list[PlateColumn]:
+    def _columns(self, name: str) -> list[ColumnGroup]:
         x, _ = self.axes
         factor = self.error_axis_end / BINS
         heading = x.label.replace(f"distance from {self.metric.against}", "error")
@@ -169,12 +169,12 @@ class _Distribution:
             for i in range(BINS)
         ]
         shares = [(typeset_number(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
-        return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
+        return [ColumnGroup(heading, (heading,), middles), ColumnGroup(name, ("points / %",), shares)]
 
     def _bins_csv_link(self, name: str) -> str:
         width = self.error_axis_end / BINS
         rows: list[list[Cell]] = [
-            [format_short(width * i), format_short(width * (i + 1)), format_short(float(c))]
+            [round_for_drawing(width * i), round_for_drawing(width * (i + 1)), round_for_drawing(float(c))]
             for i, c in enumerate(self.counts[name])
         ]
         header = [f"from [{self.unit}]", f"to [{self.unit}]", "share of points"]

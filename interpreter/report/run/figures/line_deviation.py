@@ -20,8 +20,8 @@ from softmark.interpreter.language.number_formatting import (
 from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER, Point
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block, hidden_models_note
+from softmark.interpreter.report.page.embedded_csv import csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block, hidden_models_note
 from softmark.interpreter.report.page.html_markup import prose, section, tag
 from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import Floats, arc, curve_styles, initially_shown, lines_of
@@ -41,7 +41,7 @@ def pairs(findings: ReportSummary) -> list[tuple[str, str]]:
 
 def section_of(findings: ReportSummary) -> str:
     """Return one figure for each pair of line probe and reference; empty if there is none."""
-    figures = [_Pair(findings, n, *pair).render_figure() for n, pair in enumerate(pairs(findings))]
+    figures = [_ProbeReferencePair(findings, n, *pair).render_figure() for n, pair in enumerate(pairs(findings))]
     figures = [figure for figure in figures if figure]
     if not figures:
         return ""
@@ -49,7 +49,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 @dataclass(frozen=True)
-class _Pair:
+class _ProbeReferencePair:
     """Line probe and reference, with the models that are compared there."""
 
     findings: ReportSummary
@@ -130,20 +130,20 @@ class _Pair:
         lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"
         return prose(f"{lead} {self._ranking()}{cut}{shown}")
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         s = arc(self.known.points)
         along, across = choose_scale((float(s[-1]),), "m"), choose_scale((self.largest_distance,), "m")
         decimals, heading = choose_decimals((float(s[-1]),), along, 6), across.heading("distance")
         found = [
-            PlateColumn(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])
+            ColumnGroup(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])
         ]
         for name, distance in self.distances.items():
             cells = [(typeset_number(f"{float(d) / across.factor:.4g}"),) for d in distance]
-            found.append(PlateColumn(name, (heading,), cells))
+            found.append(ColumnGroup(name, (heading,), cells))
         return found
 
     def _csv_link(self) -> str:
         columns = [arc(self.known.points), *self.distances.values()]
-        rows = [[format_short(float(v)) for v in row] for row in zip(*columns, strict=True)]
+        rows = [[round_for_drawing(float(v)) for v in row] for row in zip(*columns, strict=True)]
         header = ["s [m]", *(f"{name} [m]" for name in self.distances)]
         return csv_link(f"{self.probe}-error-against-{self.reference}", header, rows)

@@ -44,7 +44,9 @@ def section_of(findings: ReportSummary) -> str:
         )  # metrics with equal curves differ only in their statistic
         plates.setdefault(same, "")
         if seen and not plates[same]:
-            plates[same] = _MeasuredCurve(findings, len(plates), metric, reference.name, reference.drawn, seen).render_figure()
+            plates[same] = _MeasuredCurve(
+                findings, len(plates), metric, reference.name, reference.drawn, seen
+            ).render_figure()
     found = [made for made in plates.values() if made]
     kinds = {r.kind for r in findings.report.references.values() if r.drawn is not None}
     return section("curves", "Measured curves" if kinds == {"measurement"} else "Curves", *found) if found else ""

@@ -11,9 +11,9 @@ from softmark.interpreter.language.number_formatting import typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, integer_axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import CurveStyle, phase_look
-from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
+from softmark.interpreter.report.charts.line_chart import Chart, Curve, legend_sample_svg
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import count, join_names, prose, section, tag, text
 from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import curve_styles
@@ -108,7 +108,7 @@ def _residual_axis(values: Sequence[float | None]) -> Axis:
 
 
 def _phase_legend(phases: Mapping[str, CurveStyle]) -> str:
-    items = [tag("li", sample(look), tag("span", text(phase))) for phase, look in phases.items()]
+    items = [tag("li", legend_sample_svg(look), tag("span", text(phase))) for phase, look in phases.items()]
     return tag("ul", *items, class_="key")
 
 
@@ -158,10 +158,10 @@ def _nonfinite_residual_marks(steps: Sequence[_Step]) -> str:
     return tag("path", class_="lost", d=crosses) if crosses else ""
 
 
-def _columns(course: _IterationHistory) -> list[PlateColumn]:
+def _columns(course: _IterationHistory) -> list[ColumnGroup]:
     numbers = [(str(course.first + i),) for i in range(len(course.rows))]
     cells = [(s.phase, _percent(s.load), _format_residual(s.residual), _percent(s.length)) for s in course.rows]
-    return [PlateColumn("iteration", ("iteration",), numbers), PlateColumn(course.name, SYMBOLS, cells)]
+    return [ColumnGroup("iteration", ("iteration",), numbers), ColumnGroup(course.name, SYMBOLS, cells)]
 
 
 def _format_residual(value: float | None) -> str:

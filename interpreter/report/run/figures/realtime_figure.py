@@ -10,8 +10,8 @@ from typing import Any
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, data_table, details
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, data_table, details
 from softmark.interpreter.report.page.html_markup import count, prose, section, strip_backticks, tag, text
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import curve_styles
@@ -31,7 +31,7 @@ def section_of(findings: ReportSummary) -> str:
     for metric in findings.metrics:
         if judged := _judged_models(findings, metric):
             groups.setdefault(_frame_times_key(judged), {})[metric] = judged
-    parts = [_Clock(findings, number, judged).html() for number, judged in enumerate(groups.values())]
+    parts = [_FrameTimeMetrics(findings, number, judged).html() for number, judged in enumerate(groups.values())]
     return section("realtime", "Real time", *parts) if parts else ""
 
 
@@ -46,7 +46,7 @@ def _frame_times_key(judged: Judged) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True)
-class _Clock:
+class _FrameTimeMetrics:
     """Metrics that use the same frame times, each with its own required frame rate."""
 
     findings: ReportSummary
@@ -61,7 +61,7 @@ class _Clock:
     def html(self) -> str:
         """Return the HTML of the table, and of the figure if there are frame times."""
         sampled = {n: m for n, m in self.first[1].items() if len(m.samples) > 1}
-        strips = _Strips(self.findings, self.number, self.first[0], sampled, self._required_frame_rates)
+        strips = _FrameTimeFigure(self.findings, self.number, self.first[0], sampled, self._required_frame_rates)
         several = any((m.details.get("frames") or 0) > 1 for m in self.first[1].values())
         caption = tag("caption", tag("span", prose(self._verdict_counts_sentence())))
         body = [self._row(name, several) for name in self.first[1]]
@@ -157,7 +157,7 @@ def _seconds(value: float | None) -> str:
 
 
 @dataclass(frozen=True)
-class _Strips:
+class _FrameTimeFigure:
     """Figure of frame times as fractions of the limit: a dot for each frame, and a box between the quartiles."""
 
     findings: ReportSummary
@@ -251,7 +251,7 @@ class _Strips:
             class_=f"strip {curve_styles(self.findings.report)[name].classes}",
         )
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         scale = choose_scale([t[-1] for t in self.times.values()], "s")
         heads = tuple(scale.heading(w) for w in ("least", "25 %", "median", "75 %", "95 %", "99 %", "worst"))
         shares = (0.0, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
@@ -259,11 +259,11 @@ class _Strips:
             tuple(typeset_number(f"{_quantile(t, q) / scale.factor:.4g}") for q in shares) for t in self.times.values()
         ]
         names = [(n,) for n in self.times]
-        return [PlateColumn("model", ("model",), names), PlateColumn("time of a frame", heads, cells)]
+        return [ColumnGroup("model", ("model",), names), ColumnGroup("time of a frame", heads, cells)]
 
     def _csv_link(self) -> str:
         rows: list[list[Cell]] = [
-            [n, i + 1, format_short(t * float(m.details["limit_s"]))]
+            [n, i + 1, round_for_drawing(t * float(m.details["limit_s"]))]
             for n, m in self.sampled.items()
             for i, t in enumerate(m.samples)
         ]

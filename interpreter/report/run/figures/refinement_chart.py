@@ -13,7 +13,7 @@ from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import model_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import join_names, prose, section, tag
 from softmark.interpreter.report.run.model_families import families_by_poisson, families_by_size
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, value_of
@@ -36,8 +36,8 @@ def section_of(findings: ReportSummary) -> str:
     """Return a figure for each error metric and each of the two quantities; empty if no family has two members."""
     parts = []
     for lead, families, kind in (
-        (LEAD, families_by_size(findings), _Sizes),
-        (LEAD_NU, families_by_poisson(findings), _Ratios),
+        (LEAD, families_by_size(findings), _UnknownsErrorChart),
+        (LEAD_NU, families_by_poisson(findings), _PoissonErrorChart),
     ):
         figures = [kind(findings, i, m, families).render_figure() for i, m in enumerate(findings.errors)]
         if found := [figure for figure in figures if figure]:
@@ -48,7 +48,7 @@ def section_of(findings: ReportSummary) -> str:
 def _conflicting_references_sentence(findings: ReportSummary) -> str:
     """Return a sentence on families that refinement moves closer to one reference and away from another."""
     said: dict[tuple[str, str], list[str]] = {}
-    lines = {m: _Sizes(findings, 0, m, families_by_size(findings)).lines for m in findings.errors}
+    lines = {m: _UnknownsErrorChart(findings, 0, m, families_by_size(findings)).lines for m in findings.errors}
     for family in dict.fromkeys(f for own in lines.values() for f in own):
         ends = {m: (own[family][0][2], own[family][-1][2]) for m, own in lines.items() if family in own}
         closer = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b < a / NOTABLE))
@@ -157,15 +157,15 @@ class _ErrorChart:
 
     ends = ("", "")
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         errors = [e for line in self.lines.values() for _, _, e in line]
         scale = choose_scale(errors, self.metric.unit, True)
         longest = max(len(line) for line in self.lines.values())
-        found = [PlateColumn("member", ("member",), [(str(i + 1),) for i in range(longest)])]
+        found = [ColumnGroup("member", ("member",), [(str(i + 1),) for i in range(longest)])]
         heads = ("model", self.symbol, scale.heading(self.metric.name))
         for family, line in self.lines.items():
             cells = [(n, self.format_abscissa(v), typeset_number(f"{e / scale.factor:.4g}")) for n, v, e in line]
-            found.append(PlateColumn(family, heads, cells))
+            found.append(ColumnGroup(family, heads, cells))
         return found
 
     def _csv_link(self) -> str:
@@ -193,7 +193,7 @@ def _error_axis(errors: list[float], name: str, unit: str) -> Axis:
     return replace(axis, ticks=tuple((v, format_quantity(v, unit, 3, percent=True)) for v in within))
 
 
-class _Sizes(_ErrorChart):
+class _UnknownsErrorChart(_ErrorChart):
     """Chart of error against the number of unknowns."""
 
     kind, symbol = "refinement", "unknowns"
@@ -211,7 +211,7 @@ class _Sizes(_ErrorChart):
         return Axis(low, high, "unknowns", ticks, log=True)
 
 
-class _Ratios(_ErrorChart):
+class _PoissonErrorChart(_ErrorChart):
     """Chart of error against Poisson's ratio.
 
     The scale is log(1 - 2 nu), which spreads nearly incompressible values.

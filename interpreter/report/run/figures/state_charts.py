@@ -15,12 +15,12 @@ from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart
 from softmark.interpreter.report.charts.line_chart import Curve as Drawn
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import count, prose, section
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.interpreter.results.even_thinning import pick_evenly
-from softmark.interpreter.results.state_results import ANSWERED, Curve, Moment, format_state
+from softmark.interpreter.results.state_results import ANSWERED, Curve, TimeState, format_state
 from softmark.records import dataclass
 
 WIDTH, HEIGHT = 560.0, 260.0
@@ -31,7 +31,9 @@ SEVERAL = 6  # largest number of states in a terminal line
 def section_of(findings: ReportSummary) -> str:
     """Return a chart for each metric with a curve for each model; empty if the analysis has no states."""
     known = [(m, curves) for m in findings.metrics if (curves := curves_of(findings, m.name))]
-    plates = [_Metric(findings, i, metric, curves).render_figure() for i, (metric, curves) in enumerate(known)]
+    plates = [
+        _MetricStateChart(findings, i, metric, curves).render_figure() for i, (metric, curves) in enumerate(known)
+    ]
     return section("states", "States", *plates) if plates else ""
 
 
@@ -43,7 +45,7 @@ def curves_of(findings: ReportSummary, metric: str) -> dict[str, Curve]:
 
 
 @dataclass(frozen=True)
-class _Metric:
+class _MetricStateChart:
     """Chart of one metric of all models over the states."""
 
     findings: ReportSummary
@@ -95,7 +97,7 @@ class _Metric:
             low, high, margin = 0.0, 0.0, 1.0
         first, last = min(self.states), max(self.states)
         wide = last - first or 1.0
-        timed = isinstance(self.states[-1], Moment)
+        timed = isinstance(self.states[-1], TimeState)
         label, unit = ("time / s", 1.0) if timed else ("state / %", 100.0)
         across = linear(unit * (first - 0.02 * wide), unit * (last + 0.02 * wide), label, "1", 6)
         ticks = tuple((value / unit, words) for value, words in across.ticks)
@@ -119,14 +121,14 @@ class _Metric:
         gaps = f" {names} have no value in some states; the table above gives the reason." if lost else ""
         return f"`{self.metric.name}` in {count(len(self.states), 'state')}{summary}{gaps}"
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         values = [0.0 if is_negligible(v, 0.0, self.metric.unit, self.findings.moved) else v for v in self.values]
         scale = choose_scale(values, self.metric.unit, self.metric.percent)
         decimals = choose_decimals(values, scale, 6)
-        found = [PlateColumn("state", ("state",), [(format_state(s),) for s in self.states])]
+        found = [ColumnGroup("state", ("state",), [(format_state(s),) for s in self.states])]
         for name, curve in self.curves.items():
             cells = [("–" if v is None else scale.fixed(v, decimals),) for v in curve.values]
-            found.append(PlateColumn(name, (scale.heading(self.metric.name),), cells))
+            found.append(ColumnGroup(name, (scale.heading(self.metric.name),), cells))
         return found
 
     def _csv_link(self) -> str:

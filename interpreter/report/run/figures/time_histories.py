@@ -10,10 +10,10 @@ import numpy as np
 from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup, figure_block
 from softmark.interpreter.report.page.html_markup import prose, section, tag, text
-from softmark.interpreter.report.run.figures.energy_charts import energy_plates
+from softmark.interpreter.report.run.figures.energy_charts import energy_charts_html
 from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import AXES, Floats, curve_styles, initially_shown
 from softmark.interpreter.results.even_thinning import pick_evenly
@@ -29,7 +29,7 @@ def section_of(findings: ReportSummary) -> str:
     """Return the HTML section of charts over time; empty if nothing has a history."""
     every = point_histories(findings)
     charts = [course.render_figure() for course in {course.about: course for course in reversed(every)}.values()][::-1]
-    energies, events = energy_plates(findings), _events(findings)
+    energies, events = energy_charts_html(findings), _events(findings)
     if not charts and not energies and not events:
         return ""
     return section("histories", "Over time", *charts, energies, events)
@@ -142,7 +142,7 @@ class PointHistory:
         )
         return f"Probe `{self.probe}`: displacement along {AXES[axis]} of {whole}, initially at {place}.{thin}"
 
-    def _columns(self) -> list[PlateColumn]:
+    def _columns(self) -> list[ColumnGroup]:
         time, own = (
             choose_scale((float(self.moments[-1]),), "s"),
             choose_scale([_largest_magnitude(v) for v in self.values.values()], "m"),
@@ -152,10 +152,10 @@ class PointHistory:
             choose_decimals((own.factor * 100,), own, 6),
         )
         heading = time.heading("t")
-        found = [PlateColumn(heading, (heading,), [(time.fixed(float(t), decimals),) for t in self.moments])]
+        found = [ColumnGroup(heading, (heading,), [(time.fixed(float(t), decimals),) for t in self.moments])]
         for name, values in self.values.items():
             cells = [(own.fixed(float(v), places) if np.isfinite(v) else "–",) for v in values]
-            found.append(PlateColumn(name, (own.heading(self.symbol),), cells))
+            found.append(ColumnGroup(name, (own.heading(self.symbol),), cells))
         return found
 
     def _csv_link(self) -> str:
@@ -169,7 +169,9 @@ class PointHistory:
         for name, p in self.seen.items():
             if p.times is not None and p.course is not None:
                 chosen = zip(p.times[::every], p.course[::every, point], strict=True)
-                rows += [[name, format_short(float(t)), *(format_short(float(v)) for v in u)] for t, u in chosen]
+                rows += [
+                    [name, round_for_drawing(float(t)), *(round_for_drawing(float(v)) for v in u)] for t, u in chosen
+                ]
         return csv_link(f"{self.probe}-course", ["name", "t [s]", "ux [m]", "uy [m]", "uz [m]"], rows)
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
-from softmark.interpreter.report.page.figure_frame import PlateColumn
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, round_for_drawing
+from softmark.interpreter.report.page.figure_frame import ColumnGroup
 from softmark.interpreter.results.run_report import PlottedCurve
 
 ROWS = 60  # largest number of rows of the table
 
 
-def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[PlateColumn]:
+def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[ColumnGroup]:
     """Return the columns of the table: the x values of the curve with most points, and y of every curve at these x."""
     first = max(curves.values(), key=lambda c: len(c.x))
     every = -(-len(first.x) // ROWS)
@@ -20,12 +20,12 @@ def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[
     up = choose_scale([float(abs(c.y).max()) for c in curves.values()], units[1])
     x = first.x[::every].tolist()
     places = choose_decimals(x, across, 6)
-    found = [PlateColumn(across.heading("x"), (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
+    found = [ColumnGroup(across.heading("x"), (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
     for name, curve in curves.items():
         y = _values_at(curve, first.x.tolist())[::every]
         places = choose_decimals([v for v in y if v is not None], up, 6)
         shown = [("–" if v is None else up.fixed(v, places),) for v in y]
-        found.append(PlateColumn(name, (up.heading("y"),), shown))
+        found.append(ColumnGroup(name, (up.heading("y"),), shown))
     return found
 
 
@@ -33,7 +33,7 @@ def csv_of_curves(file: str, curves: Mapping[str, PlottedCurve], units: tuple[st
     """Return the link to a CSV file with every point of the curves."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
-        [name, format_short(x), format_short(y)]
+        [name, round_for_drawing(x), round_for_drawing(y)]
         for name, curve in curves.items()
         for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True)
     ]

@@ -64,7 +64,7 @@ def _format_two_digits(value: float) -> str:
     return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown
 
 
-def verified_forces(report: Report) -> str | None:
+def verified_forces_sentence(report: Report) -> str | None:
     """Return a sentence on forces that were verified by independent formulas; None if there are none."""
     solved = (own for m in report.models.values() for own in m.each or (m,))
     checks = (own.solve.get("checks") or {} for own in solved)
@@ -77,7 +77,7 @@ def verified_forces(report: Report) -> str | None:
     )
 
 
-def models_without_estimate(report: Report) -> str | None:
+def missing_estimates_sentence(report: Report) -> str | None:
     """Return a sentence on models whose errors were not requested; None if there are none."""
     names = [f"`{n}`" for n, m in report.models.items() if m.stated and has_no_estimate(m)]
     if not names:
@@ -99,5 +99,5 @@ def lines(report: Report) -> Iterator[str]:
         elif first[own] == name:
             plural = own.replace("estimates", "estimate", 1).replace("has no", "have no", 1)
             yield f"{alike[own]} models {plural}"
-    if (quiet := models_without_estimate(report)) is not None:
+    if (quiet := missing_estimates_sentence(report)) is not None:
         yield quiet

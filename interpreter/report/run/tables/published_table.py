@@ -27,7 +27,7 @@ def section_of(findings: ReportSummary) -> str:
     columns = [m for m in findings.metrics if any(_published_value(r, m) is not None for r in _models(findings))]
     if not columns:
         return ""
-    pairs = _Pairs(findings, columns)
+    pairs = _PublishedMetrics(findings, columns)
     return section(
         "published", "Published", tag("p", LEAD, class_="lead"), pairs.html(), _sources(findings), pairs.csv()
     )
@@ -60,7 +60,7 @@ def _source(entry: Mapping[str, Any]) -> str:
 
 
 @dataclass(frozen=True)
-class _Pairs:
+class _PublishedMetrics:
     """Metrics of models that have published values."""
 
     findings: ReportSummary

@@ -48,7 +48,7 @@ def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
     return "; ".join((*off, *rest))
 
 
-def bodies_of(findings: ReportSummary) -> str:
+def bodies_section(findings: ReportSummary) -> str:
     """Return an HTML table of bodies whose volume and surface are known, with those of each mesh; empty if none."""
     known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
     rows = [

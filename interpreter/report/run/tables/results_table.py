@@ -234,7 +234,7 @@ class ResultsTable:
 
     def _stated_error_text(self, result: Result, metric: MetricColumn) -> str:
         """Return the stated error of a number, `± 0.05`, in the unit of the column."""
-        error = stated_of(result, metric)
+        error = stated_error_or_uncertainty(result, metric)
         if error is None:
             return ""
         own = f"\u00a0±\u00a0{typeset_number(f'{error / self.scales[metric.name][0].factor:.2g}')}"
@@ -283,7 +283,9 @@ class ResultsTable:
     def _time(self, model: ModelResult, kind: str) -> str:
         timing = model.time.get(kind)
         if timing is None:
-            return self.notes.missing_value_mark("a static analysis has no time steps" if kind == "step_s" else "not timed")
+            return self.notes.missing_value_mark(
+                "a static analysis has no time steps" if kind == "step_s" else "not timed"
+            )
         cpu, below = model.time.get(kind.replace("_s", "_cpu_s")), []
         setup = model.time.get("setup_s") if kind == "solve_s" else None
         if timing.runs > 1:
@@ -350,7 +352,7 @@ def _small(markup: str) -> str:  # with a space, because an untrusted notebook i
     return " " + tag("small", markup) if markup else ""
 
 
-def stated_of(result: Result, metric: MetricColumn) -> float | None:
+def stated_error_or_uncertainty(result: Result, metric: MetricColumn) -> float | None:
     """Return the error that a model states of a number, or the uncertainty of a theory, SI; None if unknown."""
     if isinstance(result, ReferenceResult):
         found = result.metrics.get(metric.name)

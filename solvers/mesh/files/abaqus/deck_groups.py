@@ -17,7 +17,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files.abaqus.deck_mesh import DeckMesh
 from softmark.solvers.mesh.mesh import Ints, Mesh
-from softmark.solvers.mesh.mesh_groups import faces_of, node_members
+from softmark.solvers.mesh.mesh_groups import find_faces_by_corners, nodes_as_members
 
 # corners of the faces S1, S2, ... by the corners of a cell: Abaqus Analysis User's Guide, 28.1.4
 SIDES = {
@@ -111,9 +111,9 @@ class DeckGroups:
         corners = self._boundary_facets[:, : self.element.facet.corners]
         rows = self._boundary_facets[chosen[corners].all(axis=1)]
         chosen[rows] = False
-        faces, _ = faces_of(self.cells, self.element, rows[:, : self.element.facet.corners])
+        faces, _ = find_faces_by_corners(self.cells, self.element, rows[:, : self.element.facet.corners])
         none = np.zeros(0, dtype=np.int64)
-        if chosen.any() and len(own := node_members(self.cells, nodes)):
+        if chosen.any() and len(own := nodes_as_members(self.cells, nodes)):
             return Members(none, np.zeros((0, 2), dtype=np.int64), foreign=len(nodes) - len(own), nodes=own)
         return Members(none, faces, foreign=int(chosen.sum()))
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.files.abaqus.deck_scopes import Entry, Floats, Ints, Kind, Scope, SetDefinition, Surface
-from softmark.solvers.mesh.files.abaqus.element_types import COUNTS, cell_of
+from softmark.solvers.mesh.files.abaqus.element_types import COUNTS, meshio_cell_name
 from softmark.solvers.mesh.files.abaqus.keyword_lines import Card, DeckError, UnsupportedDeck, read_cards, read_number
 
 LIMIT = 50_000_000  # largest number of members of all sets, counted at every reference
@@ -271,7 +271,7 @@ class DeckMesh:
             for block in (block for scope in space.scopes for block in scope.blocks):
                 ids = np.arange(count, count + len(block.numbers))
                 count += len(ids)
-                cell = cell_of(block.kind)
+                cell = meshio_cell_name(block.kind)
                 if cell is None or block.nodes is None or not len(ids):
                     continue
                 nodes = _model_numbers(space, block.nodes)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.files.abaqus.element_types import COUNTS, cell_of
+from softmark.solvers.mesh.files.abaqus.element_types import COUNTS, meshio_cell_name
 from softmark.solvers.mesh.files.abaqus.keyword_lines import SHORTEST, Card, UnsupportedDeck, read_integer, read_number
 
 Ints = NDArray[np.int64]
@@ -117,7 +117,7 @@ class Scope:
     def add_elements(self, card: Card) -> Iterator[str]:
         """Add the elements of a card *ELEMENT; yield the options that are ignored. Raises DeckError."""
         kind = card.options.get("TYPE", "").upper()
-        cell = cell_of(kind)
+        cell = meshio_cell_name(kind)
         nodes: Ints | None = None
         if cell is None:
             own = _valid_number_array(

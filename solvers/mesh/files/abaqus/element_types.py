@@ -20,7 +20,7 @@ _BEAM = {"B21": "line", "B22": "line3", "B23": "line", "B31": "line", "B32": "li
 _NAMED = {"STRI3": "triangle", "STRI65": "triangle6", "S9R5": "quad9"}
 
 
-def cell_of(kind: str) -> str | None:
+def meshio_cell_name(kind: str) -> str | None:
     """Return meshio's cell name for an element type, such as `hexahedron` for `C3D8R`; None if unsupported."""
     word = kind.upper()
     if word in _NAMED:
