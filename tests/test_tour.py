@@ -65,7 +65,7 @@ def test_the_way_from_a_text_to_its_report_is_one_short_function() -> None:
     called = [ast.unparse(n.func) for n in ast.walk(way) if isinstance(n, ast.Call)]
     steps = ("check_text", "plan_of", "reference_runs.read_measurements", "probe_sampling.place_probes",
              "model_runs.prepare_models", "reference_runs.solve_references", "model_runs.solve_model",
-             "reference_runs.compute_model_references", "model_runs.state_errors",
+             "reference_runs.compute_model_references", "model_runs.estimate_model_errors",
              "report_assembly.finished_report")  # fmt: skip
     assert [n for n in called if n in steps] == sorted(steps, key=called.index)
     assert set(steps) <= set(called)
@@ -73,7 +73,7 @@ def test_the_way_from_a_text_to_its_report_is_one_short_function() -> None:
 
 def test_methods_that_it_names_are_there() -> None:
     newton = (ROOT / "solvers" / "statics" / "static_newton.py").read_text(encoding="utf-8")
-    assert all(f"def {name}(" in newton for name in ("_decrease", "_armijo_fraction"))
+    assert all(f"def {name}(" in newton for name in ("_line_step", "_armijo_fraction"))
 
 
 def test_every_table_of_the_catalogue_has_a_row() -> None:

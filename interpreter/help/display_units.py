@@ -20,9 +20,7 @@ def units_of(dimension: Dimension) -> tuple[str, ...]:
 
     For dimensionless numbers the list contains `%`.
     """
-    usual = [
-        word for word in re.split(r",? or |, ", units.usual_units(dimension)) if word not in ("without a unit", "1")
-    ]
+    usual = [word for word in re.split(r",? or |, ", units.usual_units(dimension)) if word not in ("no unit", "1")]
     alone = [
         prefix + unit
         for unit, (_, own, _) in units.UNITS.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import did_you_mean
 from softmark.grammar.name_suggestions import nearest
-from softmark.interpreter.language.expression_evaluation import EvaluationContext
+from softmark.interpreter.language.expression_evaluation import Context
 from softmark.interpreter.language.field_schema import Constructor, Field, article
 from softmark.interpreter.language.foreign_words import find_misspelling
 from softmark.interpreter.language.name_scope import Scope
@@ -13,7 +13,7 @@ from softmark.interpreter.language.scene_sources import Module
 
 
 def find_bare_constructor(
-    scope: Scope, module: Module, field: Field, node: tree.Name, place: EvaluationContext
+    scope: Scope, module: Module, field: Field, node: tree.Name, place: Context
 ) -> Constructor | None:
     """Return the constructor that a name without brackets refers to, or None if the scene declares the name.
 
@@ -24,7 +24,7 @@ def find_bare_constructor(
         kind = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if node.text not in words or kind == field.kind:
             return None
-        raise place.record_error("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
+        raise place.error("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
                          f"{article(kind)} {kind}",
                          f"`{node.text}` is also {field.expected}: give the {kind} another name")  # fmt: skip
     if node.text in words:
@@ -35,7 +35,7 @@ def find_bare_constructor(
     close = find_misspelling(node.text, words)
     if close is None:
         return None
-    raise place.record_error("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",
+    raise place.error("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",
                      did_you_mean(close))  # fmt: skip
 
 

@@ -23,12 +23,7 @@ from softmark.interpreter.language import (
 from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.language.condition_syntax import format_condition, read_condition
-from softmark.interpreter.language.expression_evaluation import (
-    EvaluationContext,
-    EvaluationError,
-    Quantity,
-    VectorValue,
-)
+from softmark.interpreter.language.expression_evaluation import Context, EvaluationError, Quantity, VectorValue
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.region_references import KIND, make_region_lookup
@@ -42,7 +37,7 @@ if TYPE_CHECKING:
 ORIGINS = 3  # maximum number of parameters shown in a message
 FARTHEST = 1e30  # its sixth power (volume times stiffness) does not overflow
 HOME = "paths are relative to the scene's own folder"
-Bound = tuple[tree.Expression, EvaluationContext]  # expression and its text
+Bound = tuple[tree.Expression, Context]  # expression and its text
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ class Binder:
     full: str
 
     @property
-    def place(self) -> EvaluationContext:
+    def place(self) -> Context:
         """Text of the module, and the list that collects its diagnostics."""
         return self.module.place
 
@@ -95,11 +90,11 @@ class Binder:
         others = self.vocabulary.find(name)
         if not others and (present := renamed_words.CONSTRUCTORS.get(name)) in known:
             message = f"there is no {kind} `{name}`"
-            raise self.place.record_error(
+            raise self.place.error(
                 "E203", node.function.span, message, "an earlier name", renamed_words.remedy(present)
             )
         if not others and (lost := self.vocabulary.broken_plugin_message(kind, name)) is not None:
-            raise self.place.record_error("E730", node.function.span, *lost)
+            raise self.place.error("E730", node.function.span, *lost)
         meant = foreign_aliases.WORDS.get(name)
         close = meant if meant in known else find_misspelling(name, known)
         if others:
@@ -112,9 +107,7 @@ class Binder:
             hint = other_word or f"{kind} constructors: {', '.join(known)}"
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
-        raise self.place.record_error(
-            "E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint
-        )
+        raise self.place.error("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
 
     # ------------------------------------------------------------------ arguments to fields
 
@@ -126,7 +119,7 @@ class Binder:
             if field is None:
                 broken = True
             elif field.name in bound:
-                self.place.record_error(
+                self.place.error(
                     "E211", argument.span, f"`{field.name}` is given twice", "the second value", "keep one of them"
                 )
                 broken = True
@@ -144,7 +137,7 @@ class Binder:
                 continue
             adjacent = b.span.start == a.span.end + 1 and b.text.isdigit()
             if adjacent and field.dimension not in (None, units.NONE):
-                raise self.place.record_error("E113", tree.span_between(a.span, b.span), "the decimal sign is a point",
+                raise self.place.error("E113", tree.span_between(a.span, b.span), "the decimal sign is a point",
                                       "a comma separates arguments",
                                 suggest_text(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
 
@@ -167,7 +160,7 @@ class Binder:
     def _report_unknown_override(self, constructor: Constructor, attribute: str, override: Override) -> None:
         hint = self._field_hint(constructor, attribute)
         message = f"`{constructor.name}` has no field `{attribute}`"
-        override.place.record_error("E205", override.name_span, message, "not a field", hint)
+        override.place.error("E205", override.name_span, message, "not a field", hint)
 
     def _refuse_comparison(self, constructor: Constructor, value: tree.Expression) -> None:
         """Refuse a comparison such as `strain == small` in place of the assignment of a field."""
@@ -176,7 +169,7 @@ class Binder:
         name, given = (self._text_of(operand) for operand in value.operands[:2])
         if constructor.field(name) is not None:
             problem, help = f"expected `=` after `{name}`, found `==`", suggest_text(f"{name} = {given}")
-            raise self.place.record_error("E106", value.span, problem, "a comparison", help)
+            raise self.place.error("E106", value.span, problem, "a comparison", help)
 
     def _find_field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
         if argument.name is None:
@@ -185,18 +178,13 @@ class Binder:
                 return constructor.fields[position]
             count = len(constructor.fields)
             fields = f"{count} field" + ("s" if count != 1 else "")
-            self.place.record_error(
-                "E211",
-                argument.span,
-                f"`{constructor.name}` has {fields}; this value is one too many",
-                "too many",
-                self._list_fields(constructor),
-            )
+            self.place.error("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
+                             "too many", self._list_fields(constructor))  # fmt: skip
             return None
         field = constructor.field(argument.name)
         if field is None:
             span = argument.name_span or argument.span
-            self.place.record_error("E205", span, f"`{constructor.name}` has no field `{argument.name}`",
+            self.place.error("E205", span, f"`{constructor.name}` has no field `{argument.name}`",
                             "not a field",
                             self._field_hint(constructor, argument.name))  # fmt: skip
         return field
@@ -232,17 +220,14 @@ class Binder:
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
         meanings = "; ".join(f.meaning + self.unit_hint(f) for f in unexplained)
-        self.place.record_error(
-            "E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings
-        )
+        self.place.error("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
         return True
 
     @staticmethod
     def _guess_field(constructor: Constructor, name: str) -> str | None:
         """Return the field that a wrong name probably means: an alias from another program, or a similar spelling."""
         names = [f.name for f in constructor.fields]
-        renamed = renamed_words.find_renamed_field(constructor.name, name)
-        if renamed in names:
+        if (renamed := renamed_words.find_renamed_field(constructor.name, name)) in names:
             return renamed
         meant = foreign_aliases.SYNONYMS.get(name) or foreign_aliases.SYNONYMS.get(name.lower())
         return meant if meant in names else find_misspelling(name, names)
@@ -256,7 +241,7 @@ class Binder:
 
     # ------------------------------------------------------------------ values by form
 
-    def value(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
+    def value(self, field: Field, node: tree.Expression, place: Context) -> Any:
         """Return the value of an expression for a field. Raises EvaluationError."""
         if field.varies and (varying := field_parsers.parse_profile(self, field, node, place)) is not None:
             return varying
@@ -265,12 +250,12 @@ class Binder:
         form = "value_object" if field.form == "value" else field.form
         return getattr(self, f"_{form}")(field, node, place)
 
-    def report_wrong_form(self, field: Field, node: tree.Expression, place: EvaluationContext) -> EvaluationError:
+    def report_wrong_form(self, field: Field, node: tree.Expression, place: Context) -> EvaluationError:
         """Record an error about a value that is not of the form that its field expects, and return the error."""
         found = evaluation.describe_expression(node)
-        return place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
+        return place.error("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
-    def _quantity(self, field: Field, node: tree.Expression, place: EvaluationContext) -> float:
+    def _quantity(self, field: Field, node: tree.Expression, place: Context) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
             raise self.report_wrong_form(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
@@ -282,9 +267,7 @@ class Binder:
         self.within(field, node, place, value.value)
         return value.value
 
-    def dimension(
-        self, field: Field, node: tree.Expression, place: EvaluationContext, value: Quantity | VectorValue
-    ) -> None:
+    def dimension(self, field: Field, node: tree.Expression, place: Context, value: Quantity | VectorValue) -> None:
         """Refuse a value whose dimension differs from that of its field. Raises EvaluationError."""
         due = field.dimension or units.NONE
         if value.dimension == due:
@@ -298,7 +281,7 @@ class Binder:
         problem = f"expected {units.dimension_name(due)}, found {found}"
         named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
         help = quotient_warnings.suggest_quotient(node, place.source.text, value.dimension, due, named) or hint
-        raise place.record_error("E204", node.span, problem, label, help, self._parameter_origins(node))
+        raise place.error("E204", node.span, problem, label, help, self._parameter_origins(node))
 
     def _parameter_origins(self, node: tree.Expression) -> tuple[SecondaryPlace, ...]:
         """Return the places where the parameters in an expression get their values, for messages."""
@@ -311,10 +294,10 @@ class Binder:
                 found.setdefault(name, SecondaryPlace(at.source, at.span, f"`{name}` gets its value here"))
         return tuple(found.values())
 
-    def within(self, field: Field, node: tree.Expression, place: EvaluationContext, value: float) -> None:
+    def within(self, field: Field, node: tree.Expression, place: Context, value: float) -> None:
         """Refuse a number, in SI units, outside the range of its field. Raises EvaluationError."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
-            raise place.record_error(
+            raise place.error(
                 "E301",
                 node.span,
                 f"`{field.name}` is too large or too small to compute with",
@@ -327,7 +310,7 @@ class Binder:
         shown = units.format_value(value, field.dimension or units.NONE)
         help = foreign_aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node.operand if isinstance(node, tree.Unary) else node, tree.Number)
-        raise place.record_error(
+        raise place.error(
             "E301",
             node.span,
             f"`{field.name}` must be {limits}",
@@ -336,17 +319,17 @@ class Binder:
             self._parameter_origins(node),
         )
 
-    def _vector(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[float, ...]:
+    def _vector(self, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
-            raise place.record_error("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
+            raise place.error("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
         if isinstance(node, tree.String | tree.Compare):
             raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
             found = evaluation.describe_expression(node) if isinstance(value, Quantity) else str(len(value.values))
-            raise place.record_error("E207", node.span, f"expected three components, found {found}",
+            raise place.error("E207", node.span, f"expected three components, found {found}",
                              "not a vector of three",
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
         self.dimension(field, node, place, value)
@@ -354,68 +337,64 @@ class Binder:
             self.within(field, node, place, component)
         return value.values
 
-    def _integer(self, field: Field, node: tree.Expression, place: EvaluationContext) -> int:
+    def _integer(self, field: Field, node: tree.Expression, place: Context) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
             raise self.report_wrong_form(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
         if q.dimension != units.NONE or q.value != int(q.value):
-            raise place.record_error("E204", node.span,
+            raise place.error("E204", node.span,
                              f"expected a whole number, found {units.format_value(q.value, q.dimension)}",
                              "not a whole number", field.meaning)  # fmt: skip
         self.within(field, node, place, q.value)
         return int(q.value)
 
-    def _flag(self, field: Field, node: tree.Expression, place: EvaluationContext) -> bool:
+    def _flag(self, field: Field, node: tree.Expression, place: Context) -> bool:
         if isinstance(node, tree.Name) and node.text in ("yes", "no"):
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
-            raise place.record_error(
-                "E212", node.span, f"`{node.text}` is not yes or no", "unknown word", suggest_text(word)
-            )
+            raise place.error("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", suggest_text(word))
         raise self.report_wrong_form(field, node, place)
 
-    def _choice(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
+    def _choice(self, field: Field, node: tree.Expression, place: Context) -> str:
         if not isinstance(node, tree.Name | tree.String):
             raise self.report_wrong_form(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
         if word in field.options and isinstance(node, tree.Name):
             return word
         if word in field.options:
-            raise place.record_error(
+            raise place.error(
                 "E212", node.span, f"a choice for `{field.name}` must not be in quotes", "a text", suggest_text(word)
             )
         meant = foreign_aliases.CHOICES.get(word)
         close = meant if meant in field.options else find_misspelling(word, field.options)
         due = f"`{field.name}` is {field.expected}"
         hint = did_you_mean(close, more=f" {due}") if close else due
-        raise place.record_error(
-            "E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint
-        )
+        raise place.error("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
-    def _text(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
+    def _text(self, field: Field, node: tree.Expression, place: Context) -> str:
         if not isinstance(node, tree.String):
             raise self.report_wrong_form(field, node, place)
         return node.value
 
-    def _file(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
+    def _file(self, field: Field, node: tree.Expression, place: Context) -> str:
         name = self._text(field, node, place)
         if name.startswith("data:"):
             return self._data_set_name(name, node, place)
         if not name.strip():
-            raise place.record_error("E401", node.span, "the name of the file is empty", "no name", HOME)
+            raise place.error("E401", node.span, "the name of the file is empty", "no name", HOME)
         path = self.module.folder / name
         if "\0" not in name and (os.path.isfile(path) or (field.folder and os.path.isdir(path))):
             return str(path)
         folder = path.parent
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
         if os.path.isdir(path):
-            raise place.record_error("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
+            raise place.error("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
         meant = Path(name).with_name(close).as_posix() if close else ""
         hint = did_you_mean(meant, f'"{meant}"') if close else HOME
-        raise place.record_error("E401", node.span, f"there is no file `{name}`", "not found", hint)
+        raise place.error("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
-    def _data_set_name(self, name: str, node: tree.Expression, place: EvaluationContext) -> str:
+    def _data_set_name(self, name: str, node: tree.Expression, place: Context) -> str:
         """Return the name of a public data set, which is downloaded when the scene runs. Raises EvaluationError."""
         from softmark.references.data_download import TABLE
 
@@ -424,9 +403,9 @@ class Binder:
             return name
         close = nearest(name, known)
         hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
-        raise place.record_error("E401", node.span, f"there is no data set `{name}`", "not found", hint)
+        raise place.error("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
-    def _direction(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[float, ...]:
+    def _direction(self, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _axis_unit_vector(axis, 1.0)
@@ -436,53 +415,53 @@ class Binder:
                 low, usual = node.text.lower(), foreign_aliases.DIRECTIONS[node.text]
                 hint = Remedy(f"name a direction by coordinates: {usual}", Fix(low) if low in "xyz" else None)
                 found = f"the name `{node.text}`"
-                raise place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
+                raise place.error("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
                 return self._normalised(field, node, place)
         raise self.report_wrong_form(field, node, place)
 
-    def _normalised(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[float, ...]:
+    def _normalised(self, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
             found = evaluation.describe_value(value)
             if not isinstance(value, Quantity):
                 found = f"{len(value.values)} components"
-            raise place.record_error("E207", node.span, f"expected {field.expected}, found {found}", found,
+            raise place.error("E207", node.span, f"expected {field.expected}, found {found}", found,
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
             found = evaluation.describe_value(value)
             help = "write a direction without a unit: `(0, 0, -1)`"
-            raise place.record_error("E204", node.span, f"expected a direction, found {found}", found, help)
+            raise place.error("E204", node.span, f"expected a direction, found {found}", found, help)
         norm = math.hypot(*value.values)
         if norm == 0.0:
-            raise place.record_error("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
+            raise place.error("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
-    def _condition(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
+    def _condition(self, field: Field, node: tree.Expression, place: Context) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
         find = self.compiler.resolve_declaration
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
-    def _name(self, field: Field, node: tree.Expression, place: EvaluationContext) -> str:
+    def _name(self, field: Field, node: tree.Expression, place: Context) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
-            raise place.record_error("E207", node.span, f"expected {field.expected}, found a text", "a text",
+            raise place.error("E207", node.span, f"expected {field.expected}, found a text", "a text",
                              suggest_text(node.value, ", without quotes"))  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"write names without quotes; declared {field_schema.plural(field.kind)}: {known}"
-            raise place.record_error("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
+            raise place.error("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
             raise self.report_wrong_form(field, node, place)
         self.compiler.resolve_declaration(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
-    def _names(self, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[str, ...]:
+    def _names(self, field: Field, node: tree.Expression, place: Context) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
             raise self.report_wrong_form(field, node, place)
         return tuple(self._name(field, item, place) for item in node.items)
 
-    def _list(self, field: Field, node: tree.Expression, place: EvaluationContext) -> VectorValue:
+    def _list(self, field: Field, node: tree.Expression, place: Context) -> VectorValue:
         if not isinstance(node, tree.List):
             raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
@@ -492,7 +471,7 @@ class Binder:
             self.within(field, item, place, number)
         return value
 
-    def _value_object(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
+    def _value_object(self, field: Field, node: tree.Expression, place: Context) -> Any:
         if field.kind == "element":
             return self._element(field, node, place)
         if isinstance(node, tree.Call):
@@ -502,10 +481,10 @@ class Binder:
             return word.cls() if word else self.compiler.resolve_declaration(node, field.kind, self.module, place).thing
         raise self.report_wrong_form(field, node, place)
 
-    def _element(self, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
+    def _element(self, field: Field, node: tree.Expression, place: Context) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
-            raise place.record_error("E207", node.span, "expected an element, found a text", "a text",
+            raise place.error("E207", node.span, "expected an element, found a text", "a text",
                              suggest_text(node.value, ", without quotes"))  # fmt: skip
         if not isinstance(node, tree.Name):
             raise self.report_wrong_form(field, node, place)
@@ -514,7 +493,7 @@ class Binder:
         meant = foreign_aliases.CELLS.get(node.text)
         close = meant if meant in elements else find_misspelling(node.text, elements)
         hint = did_you_mean(close) if close else "elements: " + ", ".join(elements)
-        raise place.record_error("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
+        raise place.error("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 
 
 def _axis_unit_vector(axis: str, sign: float) -> tuple[float, ...]:

@@ -32,7 +32,7 @@ from softmark.interpreter.language.compiled_scene import (
     SceneError,
 )
 from softmark.interpreter.language.expectation_conditions import Expectations
-from softmark.interpreter.language.expression_evaluation import EvaluationContext, EvaluationError, describe_expression
+from softmark.interpreter.language.expression_evaluation import Context, EvaluationError, describe_expression
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.message_limit import BoundedDiagnostics
@@ -77,7 +77,7 @@ def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagn
 def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     diagnostics = BoundedDiagnostics()
     table = known.with_diagnostics(diagnostics)
-    added = [replace(o, place=EvaluationContext(o.place.source, diagnostics)) for o in more]
+    added = [replace(o, place=Context(o.place.source, diagnostics)) for o in more]
     varied = tuple(o.text for o in more)
     texts = (*scene.overrides, *varied)
     given = parameter_overrides.read_overrides(scene.overrides, diagnostics) + added
@@ -155,7 +155,7 @@ def _compile(
 def _find_title(module: Module) -> str:
     titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
     for extra in titles[1:]:
-        module.place.record_error("E208", extra.span, "the scene has two titles", "the second title", "keep one title")
+        module.place.error("E208", extra.span, "the scene has two titles", "the second title", "keep one title")
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
 
 
@@ -179,11 +179,11 @@ def _remove_unknown_kinds(table: ModuleTable) -> None:
             del table.symbols[name]
 
 
-def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: EvaluationContext) -> None:
+def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Context) -> None:
     kinds = (*vocabulary, *STATEMENTS)
     if (present := renamed_words.KINDS.get(node.kind)) is not None:
         problem = f"`{node.kind}` is not a kind of declaration"
-        place.record_error("E202", node.kind_span, problem, "an earlier name", renamed_words.remedy(present))
+        place.error("E202", node.kind_span, problem, "an earlier name", renamed_words.remedy(present))
         return
     meant = foreign_aliases.WORDS.get(node.kind, node.kind)
     made = next((c.kind for c in vocabulary.find(meant)), None)
@@ -195,7 +195,7 @@ def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Eval
     else:
         known = explain_foreign_word(node.kind) or "kinds of declarations: " + ", ".join(kinds)
         hint = did_you_mean(close) if close else known
-    place.record_error("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
+    place.error("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
 
 
 @dataclass
@@ -237,7 +237,7 @@ class Compiler:
             return known
         symbol = self.table.symbols[full]
         if len(self._open) >= DEEPEST:
-            raise symbol.module.place.record_error(
+            raise symbol.module.place.error(
                 "E210", symbol.node.name_span,
                 f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
                 "declare a name before the declarations that refer to it",
@@ -262,7 +262,7 @@ class Compiler:
             return self._compile_alias(full, node, node.value, module)
         if not isinstance(node.value, tree.Call):
             found = describe_expression(node.value)
-            raise module.place.record_error(
+            raise module.place.error(
                 "E207", node.value.span, f"expected {field_schema.article(node.kind)} {node.kind}, found {found}",
                 found,
                 f"constructors of {field_schema.plural(node.kind)}: " + ", ".join(self.table.vocabulary[node.kind]),
@@ -277,7 +277,7 @@ class Compiler:
         known_words = self.table.vocabulary[node.kind]
         close = name.text if name.text in known_words else find_misspelling(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
-            raise module.place.record_error(
+            raise module.place.error(
                 "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",
                 f"write `{close}(...)`, with the fields that it needs; see `dsl explain {close}`",
             )  # fmt: skip
@@ -286,7 +286,7 @@ class Compiler:
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
     def resolve_declaration(
-        self, name: tree.Name, kind: str, module: Module, place: EvaluationContext, also: tuple[str, ...] = ()
+        self, name: tree.Name, kind: str, module: Module, place: Context, also: tuple[str, ...] = ()
     ) -> Declared:
         """Return the declaration that a name refers to. Raises EvaluationError.
 
@@ -299,7 +299,7 @@ class Compiler:
             hint = f"declare one: `{kind} NAME = ...`"
             if others:
                 hint = f"declared {field_schema.plural(kind)}: {field_schema.join_names(others)}"
-            raise place.record_error(
+            raise place.error(
                 "E213",
                 name.span,
                 f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
@@ -311,14 +311,12 @@ class Compiler:
             self._report_circular_declaration(full, name, place)
         return self.declaration(full)
 
-    def _report_circular_declaration(self, full: str, name: tree.Name, place: EvaluationContext) -> None:
+    def _report_circular_declaration(self, full: str, name: tree.Name, place: Context) -> None:
         members = self._open[self._open.index(full) :]
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:
             problem = f"`{full}` refers to itself"
-        place.record_error(
-            "E210", name.span, problem, "closes the circle", "define one of these names with its own call"
-        )
+        place.error("E210", name.span, problem, "closes the circle", "define one of these names with its own call")
 
     # ------------------------------------------------------------------ expectations
 

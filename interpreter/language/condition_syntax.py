@@ -42,7 +42,7 @@ def read_condition(node: tree.Expression, evaluator: Evaluator, named: Named = l
     elif isinstance(node, tree.Name) and isinstance(meant := named(node), str):
         help = Remedy(f"did you mean the region `{meant}`?", Fix(meant))
     found = describe_expression(node)
-    raise evaluator.place.record_error(
+    raise evaluator.place.error(
         "E207", node.span, f"expected a condition on the coordinates, found {found}", found, help
     )
 
@@ -60,7 +60,7 @@ def format_condition(node: tree.Expression, evaluator: Evaluator, named: Named =
 def _read_comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
     terms = [_read_term(operand, evaluator) for operand in node.operands]
     if not any(term.varies for term, _ in terms):
-        raise evaluator.place.record_error(
+        raise evaluator.place.error(
             "E207", node.span, "the condition does not depend on x, y or z", "the same everywhere",
             "compare a coordinate: `x <= 0 mm`",
         )  # fmt: skip
@@ -69,13 +69,13 @@ def _read_comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
         (a, da), (b, db) = terms[i], terms[i + 1]
         if da != db:
             found, due, right = units.dimension_name(db), units.dimension_name(da), node.operands[i + 1]
-            raise evaluator.place.record_error(
+            raise evaluator.place.error(
                 "E204", right.span, f"expected {due}, found {found}", found,
                 quotient_warnings.suggest_quotient(right, evaluator.place.source.text, db, da)
                 or f"both sides of `{operator}` must have the same dimension: give {due} in {units.usual_units(da)}",
             )  # fmt: skip
         if abs(da[0]) > HIGHEST:
-            raise evaluator.place.record_error(
+            raise evaluator.place.error(
                 "E218",
                 node.span,
                 "the powers of lengths in this comparison are too high",
@@ -112,12 +112,12 @@ def _read_term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimen
             halved = evaluator.square_root_dimension(dimension, argument.span) if name == "sqrt" else dimension
             return term.apply_function(name), halved
         case tree.Call():
-            raise evaluator.place.record_error(
+            raise evaluator.place.error(
                 "E203", node.function.span, f"`{node.function.text}` does not apply to coordinates",
                 "not in a condition",
                 "use only + - * / ^, `sqrt` and `abs` with coordinates",
             )  # fmt: skip
-    raise evaluator.place.record_error(
+    raise evaluator.place.error(
         "E207", node.span, f"expected a length, found {describe_expression(node)}", describe_expression(node),
         "compare single coordinates, and join comparisons with `and` and `or`",
     )  # fmt: skip
@@ -127,7 +127,7 @@ def _combine_terms(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimen
     (a, da), (b, db) = _read_term(node.left, evaluator), _read_term(node.right, evaluator)
     match node.operator:
         case "^" if db != NONE or b.varies or b.value not in EXPONENTS:
-            raise evaluator.place.record_error(
+            raise evaluator.place.error(
                 "E218", node.right.span, "a coordinate can only be raised to the power of 2, 3 or 4",
                 "another exponent",
                 "take a root with `sqrt(...)`",
@@ -137,7 +137,7 @@ def _combine_terms(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimen
         case "*":
             return a.combine("*", b), units.multiply_dimensions(da, db)
         case "/" if b.value == 0.0:
-            raise evaluator.place.record_error("E219", node.span, "this divides by zero")
+            raise evaluator.place.error("E219", node.span, "this divides by zero")
         case "/":
             return a.combine("/", b), units.multiply_dimensions(da, db, -1)
         case "+" | "-" as op if da == db:

@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Fix, Remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.expression_evaluation import (
-    EvaluationContext,
+    Context,
     EvaluationError,
     Evaluator,
     Quantity,
@@ -52,7 +52,7 @@ class Expectations:
             raise broken
 
     @property
-    def place(self) -> EvaluationContext:
+    def place(self) -> Context:
         """Text of the scene."""
         return self.module.place
 
@@ -83,10 +83,10 @@ class Expectations:
             return self._lookup_metric(name)
         if owner:
             problem = f"`{name.parts[0]}` is {field_schema.article(owner)} {owner}, which has no metrics"
-            raise self.place.record_error("E216", name.span, problem, "not a model",
+            raise self.place.error("E216", name.span, problem, "not a model",
                                   f"models and references have them: {self._list_known_names(*OWNERS)}")  # fmt: skip
         if name.parts[0] in table.aliases:
-            raise self.place.record_error("E216", name.span,
+            raise self.place.error("E216", name.span,
                                   "a scene that is used provides its declarations, not its results",
                                   "not computed here",
                                   "declare the model in this scene")  # fmt: skip
@@ -94,7 +94,7 @@ class Expectations:
         hint: str | Remedy = f"models and references: {self._list_known_names(*OWNERS)}"
         if close:
             hint = did_you_mean(".".join((close, *name.parts[1:])))
-        raise self.place.record_error("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
+        raise self.place.error("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
     def _lookup_in_state(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
         """Return an unknown value with the dimension of a metric in one state, as in `model.metric.at(12.5 %)`.
@@ -109,11 +109,11 @@ class Expectations:
         if value.dimension != (units.TIME if timed else units.NONE):
             what, due = units.dimension_name(value.dimension), "a time" if timed else "a plain number"
             known = "a time: `.at(5 s)`" if timed else "a part of the whole: `.at(12.5 %)`"
-            raise self.place.record_error("E204", node.span, f"expected {due}, found {what}", what,
+            raise self.place.error("E204", node.span, f"expected {due}, found {what}", what,
                                   f"give a state by its value, {known}")  # fmt: skip
         own = name.text in self.compiler.table.symbols
         if not own and self.compiler.declaration(name.parts[1]).thing.of_all_states:
-            raise self.place.record_error(
+            raise self.place.error(
                 "E313",
                 node.span,
                 f"`{name.text}` is computed from all states",
@@ -122,14 +122,14 @@ class Expectations:
             )
         if own or not states:
             problem = f"`{name.text}` has no states" if states else "the analysis has no states"
-            raise self.place.record_error("E313", node.span, problem, "no states",
+            raise self.place.error("E313", node.span, problem, "no states",
                                   "remove `.at(...)`, or add states to the analysis: `static(states = [5, 12.5] %)`",
                                   )  # fmt: skip
         if len(chosen := find_state_indices(states, value.value)) != 1:
             shown = format_state(TimeState(value.value) if timed else value.value)
             listed = ", ".join(map(format_state, states))
             problem = f"the analysis has no state {shown}" if not chosen else f"the state {shown} occurs twice"
-            raise self.place.record_error("E313", node.span, problem, "which state?", f"its states are {listed}")
+            raise self.place.error("E313", node.span, problem, "which state?", f"its states are {listed}")
         return found
 
     def _analysis_states(self) -> tuple[float, ...]:
@@ -151,14 +151,14 @@ class Expectations:
         """Check that a metric at a time of a dynamic analysis is recorded over time. Raises EvaluationError."""
         if value.dimension != units.TIME:
             found = units.dimension_name(value.dimension)
-            raise self.place.record_error("E204", node.span, f"expected a time, found {found}", found,
+            raise self.place.error("E204", node.span, f"expected a time, found {found}", found,
                                   "give a time of the dynamic analysis: `.at(5 ms)`")  # fmt: skip
         if not self.compiler.declaration(name.parts[1]).thing.in_time:
-            raise self.place.record_error("E313", node.span, f"`{name.text}` has one value in a dynamic analysis",
+            raise self.place.error("E313", node.span, f"`{name.text}` has one value in a dynamic analysis",
                                   "no time history", "remove `.at(...)`; only contact metrics without `over` "
                                                             "and `against` have a value at each time")  # fmt: skip
         if not 0.0 <= value.value <= end:
-            raise self.place.record_error(
+            raise self.place.error(
                 "E313",
                 node.span,
                 f"the analysis has no time {format_state(TimeState(value.value))}",
@@ -172,7 +172,7 @@ class Expectations:
         example = f"{owners[0] if owners else 'model'}.{metrics[0] if metrics else 'metric'}"
         if kind == "metric":
             example = f"{owners[0] if owners else 'model'}.{name.text}"
-            return self.place.record_error(
+            return self.place.error(
                 "E216",
                 name.span,
                 f"the metric `{name.text}` is given without a model",
@@ -182,7 +182,7 @@ class Expectations:
         if kind:
             problem = f"expected a number, found the {kind} `{name.text}`"
             remedy = f"compare a metric of a model, such as `{example}`"
-            return self.place.record_error("E213", name.span, problem, f"{field_schema.article(kind)} {kind}", remedy)
+            return self.place.error("E213", name.span, problem, f"{field_schema.article(kind)} {kind}", remedy)
         try:
             self.compiler.scope.lookup(name, self.module, self.place)
         except EvaluationError as bad:
@@ -195,7 +195,7 @@ class Expectations:
             raise self._report_unknown_metric(name, owner, metric)
         thing = self.compiler.declaration(metric).thing
         if thing.measured_from == owner:
-            raise self.place.record_error(
+            raise self.place.error(
                 "E216", name.span, f"`{metric}` is an error relative to `{owner}` itself", "always zero",
                 "name a model, or another reference",
             )  # fmt: skip
@@ -209,7 +209,7 @@ class Expectations:
         found, problem = self._kinds_by_name.get(metric), f"there is no metric `{metric}`"
         if found:
             problem = f"`{metric}` is {field_schema.article(found)} {found}, not a metric"
-        return self.place.record_error("E216", name.span, problem, "not a metric", hint)
+        return self.place.error("E216", name.span, problem, "not a metric", hint)
 
 
 def find_metrics(node: tree.Expression) -> Iterator[tree.Name]:
@@ -262,7 +262,7 @@ def is_satisfied(node: tree.Expression, evaluator: Evaluator) -> bool:
             return first or second
         case tree.Compare():
             return _is_comparison_satisfied(node, evaluator)
-    raise evaluator.place.record_error(
+    raise evaluator.place.error(
         "E215", node.span, f"expected a comparison, found {describe_expression(node)}", "not a comparison",
         "compare a metric with a value: `expect rod.eta < 5 %`",
     )  # fmt: skip
@@ -277,7 +277,7 @@ def _is_comparison_satisfied(node: tree.Compare, evaluator: Evaluator) -> bool:
             given = f"{due} in {units.usual_units(values[0].dimension)}" if named else due
             if values[0].dimension == units.NONE:
                 given = "one, or with a percentage"
-            raise evaluator.place.record_error(
+            raise evaluator.place.error(
                 "E204", operand.span, f"expected {due}, found {found}", found,
                 f"`{_operand_text(evaluator, node.operands[0])}` is {due}; compare it with {given}",
             )  # fmt: skip

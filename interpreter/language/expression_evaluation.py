@@ -47,13 +47,13 @@ V = TypeVar("V", Quantity, VectorValue, Value)
 
 
 @dataclass
-class EvaluationContext:
+class Context:
     """Text that is being evaluated, and the list that collects its diagnostics."""
 
     source: Source
     diagnostics: list[Diagnostic]
 
-    def record_error(
+    def error(
         self, code: str, span: Span, message: str, label: str = "", help: str | Remedy = "",
         also: tuple[SecondaryPlace, ...] = (),
     ) -> EvaluationError:  # fmt: skip
@@ -87,7 +87,7 @@ At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # (name before `.a
 class Evaluator:
     """Evaluator of expressions in one text; `lookup` resolves names, and raises EvaluationError for unknown ones."""
 
-    place: EvaluationContext
+    place: Context
     lookup: Lookup
     vocabulary: Vocabulary
     at: At | None = None  # evaluates `model.metric.at(12.5 %)` in expectations
@@ -97,7 +97,7 @@ class Evaluator:
         value = self.value(node)
         if isinstance(value, Quantity):
             return value
-        raise self.place.record_error("E207", node.span, "expected a single number, found a vector", "a vector",
+        raise self.place.error("E207", node.span, "expected a single number, found a vector", "a vector",
                               "give one number; a vector has no order and no single value")  # fmt: skip
 
     def value(self, node: tree.Expression) -> Value:
@@ -119,7 +119,7 @@ class Evaluator:
             case tree.Call():
                 return self._evaluate_call(node)
         help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
-        raise self.place.record_error(
+        raise self.place.error(
             "E207", node.span, f"expected a number, found {describe_expression(node)}", "not a number", help
         )
 
@@ -129,11 +129,11 @@ class Evaluator:
         if node.text in COORDINATES:
             help = "use coordinates in conditions, such as `where = x <= 0 mm`, and in directions"
             problem = f"the coordinate `{node.text}` has no value here"
-            raise self.place.record_error("E213", node.span, problem, "a coordinate", help)
+            raise self.place.error("E213", node.span, problem, "a coordinate", help)
         if node.text in ("yes", "no"):
             help = "use `yes` and `no` for switches, such as `shear = no`"
             problem = f"expected a number, found `{node.text}`"
-            raise self.place.record_error("E207", node.span, problem, "not a number", help)
+            raise self.place.error("E207", node.span, problem, "not a number", help)
         return self.lookup(node)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
@@ -143,7 +143,7 @@ class Evaluator:
         except units.UnitError as error:
             meant = error.mended(unit.text)
             remedy = Remedy(error.remedy, Fix(meant) if meant else None)
-            raise self.place.record_error("E209", unit.span, error.problem, help=remedy) from None
+            raise self.place.error("E209", unit.span, error.problem, help=remedy) from None
 
     def _evaluate_number(self, node: tree.Number) -> Quantity:
         if node.unit is None:
@@ -158,11 +158,9 @@ class Evaluator:
     def _require_finite(self, value: V, span: Span) -> V:
         """Return a value that double precision can hold or that is known only after a run. Raises EvaluationError."""
         if any(map(math.isinf, value_components(value))):
-            raise self.place.record_error("E219", span, "the number is too large", "numbers go up to 1.8e308")
+            raise self.place.error("E219", span, "the number is too large", "numbers go up to 1.8e308")
         if any(abs(n) > HIGHEST for n in value.dimension):
-            raise self.place.record_error(
-                "E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}"
-            )
+            raise self.place.error("E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}")
         return value
 
     def _require_no_underflow(self, value: V, meant: bool, span: Span) -> V:
@@ -171,7 +169,7 @@ class Evaluator:
         `meant` is true if a value other than zero is expected.
         """
         if meant and not any(value_components(value)):
-            raise self.place.record_error("E219", span, "the number is too small", "numbers go down to 4.9e-324",
+            raise self.place.error("E219", span, "the number is too small", "numbers go down to 4.9e-324",
                                   "write `0` for zero")  # fmt: skip
         return value
 
@@ -195,7 +193,7 @@ class Evaluator:
                 help = quotient_warnings.suggest_quotient(
                     item, self.place.source.text, q.dimension, items[0].dimension
                 ) or ("give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`")
-                raise self.place.record_error("E218", item.span, problem, other, help)
+                raise self.place.error("E218", item.span, problem, other, help)
         return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
 
     def _evaluate_binary(self, node: tree.Binary) -> Value:
@@ -207,9 +205,9 @@ class Evaluator:
                 value, bool(factors) and all(any(value_components(f)) for f in factors), node.span
             )
         except ZeroDivisionError:
-            raise self.place.record_error("E219", node.span, "this divides by zero") from None
+            raise self.place.error("E219", node.span, "this divides by zero") from None
         except (OverflowError, ValueError):
-            raise self.place.record_error("E219", node.span, "this has no finite value") from None
+            raise self.place.error("E219", node.span, "this has no finite value") from None
 
     def _combine_operands(self, node: tree.Binary, left: Value, right: Value) -> Value:
         a, b = left.dimension, right.dimension
@@ -238,18 +236,18 @@ class Evaluator:
             "/": (f"cannot divide {a} by {b}", "divide by a single number"),
             "^": (f"cannot raise {a} to the power of {b}", "an exponent is a plain number"),
         }[node.operator]
-        return self.place.record_error("E218", node.span, problem, help=help)
+        return self.place.error("E218", node.span, problem, help=help)
 
     def _raise_to_power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
         n = exponent.value
         if base.dimension != NONE and n != int(n):
-            raise self.place.record_error(
+            raise self.place.error(
                 "E218", node.span, "a quantity with a unit can be raised to whole powers only",
                 "the unit would have a fractional power",
                 "take a square root with `sqrt(...)`, or divide by a unit first: `(L / 1 mm)^0.5`",
             )  # fmt: skip
         if abs(n) > 99 and base.dimension != NONE:
-            raise self.place.record_error("E219", node.span, "the power is too large", "more than 99")
+            raise self.place.error("E219", node.span, "the power is too large", "more than 99")
         dimension = units.raise_dimension(base.dimension, int(n)) if base.dimension != NONE else NONE
         value = base.value**n
         if isinstance(value, complex):
@@ -278,7 +276,7 @@ class Evaluator:
         if name not in FUNCTIONS and name not in SPECIAL and not known:
             raise self._unknown_function_error(node)
         if any(a.name for a in node.arguments) or not node.arguments:
-            raise self.place.record_error("E211", node.span, f"`{name}` takes values without names",
+            raise self.place.error("E211", node.span, f"`{name}` takes values without names",
                                   "no value to take",
                                   f"write `{name}(a)`")  # fmt: skip
 
@@ -286,7 +284,7 @@ class Evaluator:
         """Refuse a call with more than one argument. Raises EvaluationError."""
         if len(node.arguments) != 1:
             name = node.function.text
-            raise self.place.record_error("E211", node.span, f"`{name}` takes one value, found {len(node.arguments)}",
+            raise self.place.error("E211", node.span, f"`{name}` takes one value, found {len(node.arguments)}",
                                   "too many values",
                                   f"write `{name}(a)`")  # fmt: skip
 
@@ -297,10 +295,10 @@ class Evaluator:
             found = f"{field_schema.article(kinds[0])} {kinds[0]}"
             if kinds[0] == "amplitude":
                 listed = f"give it to a load or a support as a field: `amplitude = {name}(...)`"
-            return self.place.record_error("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
+            return self.place.error("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
         close = None if name in foreign_aliases.FUNCTIONS else nearest(name, all_functions)
         hint = did_you_mean(close) if close else foreign_aliases.FUNCTIONS.get(name) or listed
-        return self.place.record_error("E203", span, f"there is no function `{name}`", "unknown function", hint)
+        return self.place.error("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def check_equal_dimensions(self, node: tree.Call, dimensions: Sequence[Dimension]) -> None:
         """Refuse a function call whose arguments have different dimensions. Raises EvaluationError."""
@@ -308,7 +306,7 @@ class Evaluator:
         for dimension, argument in zip(dimensions, node.arguments, strict=True):
             if dimension != due:
                 one, other = units.dimension_name(due), units.dimension_name(dimension)
-                raise self.place.record_error("E218", argument.span,
+                raise self.place.error("E218", argument.span,
                                       f"`{node.function.text}` cannot compare {one} with {other}",
                                       other,
                                       "give all values in the same dimension")  # fmt: skip
@@ -321,7 +319,7 @@ class Evaluator:
             return Quantity(FUNCTIONS[name][0](q.value), gives)
         except (ValueError, OverflowError):
             shown = units.format_value(q.value, q.dimension)
-            raise self.place.record_error("E219", node.span, f"`{name}` has no finite value for {shown}") from None
+            raise self.place.error("E219", node.span, f"`{name}` has no finite value for {shown}") from None
 
     def function_dimension(self, node: tree.Call, dimension: Dimension) -> Dimension:
         """Return the dimension of a function's result from that of its argument. Raises EvaluationError."""
@@ -331,7 +329,7 @@ class Evaluator:
             found, due = units.dimension_name(dimension), units.dimension_name(takes)
             remedy = f"give it in {units.usual_units(takes)}" if takes != NONE else "divide by a unit"
             help = f"`{name}` takes {due}: {remedy}"
-            raise self.place.record_error("E204", node.arguments[0].span, f"expected {due}, found {found}", found, help)
+            raise self.place.error("E204", node.arguments[0].span, f"expected {due}, found {found}", found, help)
         return dimension if gives is None else gives
 
     def _square_root(self, q: Quantity, span: Span) -> Quantity:
@@ -341,7 +339,7 @@ class Evaluator:
         """Return the dimension of the square root of a quantity. Raises EvaluationError."""
         if any(n % 2 for n in dimension):
             what = units.dimension_name(dimension)
-            raise self.place.record_error(
+            raise self.place.error(
                 "E218",
                 span,
                 f"the square root of {what} would have a unit with a fractional power",

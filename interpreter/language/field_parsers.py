@@ -17,7 +17,7 @@ from softmark.interpreter.language.compiled_scene import is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.expression_evaluation import (
     COORDINATES,
-    EvaluationContext,
+    Context,
     EvaluationError,
     Quantity,
     VectorValue,
@@ -30,10 +30,10 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.call_binding import Binder, Bound
 
-Read = Callable[["Binder", Field, tree.Expression, EvaluationContext], Any]
+Read = Callable[["Binder", Field, tree.Expression, Context], Any]
 
 
-def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> Quantity:
+def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Quantity:
     """Parse a quantity of any dimension; validation checks the dimension later. Raises EvaluationError."""
     if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
         raise binder.report_wrong_form(field, node, place)
@@ -44,7 +44,7 @@ def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Eva
     return value
 
 
-def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> VectorValue:
+def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Context) -> VectorValue:
     """Parse one amount, or a list of amounts of one dimension. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list", dimension=None), node, place)
@@ -55,20 +55,20 @@ def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Ev
     return VectorValue((one.value,), one.dimension)
 
 
-def parse_files(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[str, ...]:
+def parse_files(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[str, ...]:
     """Parse one file name or a list of them. Raises EvaluationError."""
     one = replace(field, form="file")
     return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
-def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[str, ...]:
+def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[str, ...]:
     """Parse one text or a list of them. Raises EvaluationError."""
     one = replace(field, form="text")
     return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
 def parse_points(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+    binder: Binder, field: Field, node: tree.Expression, place: Context
 ) -> tuple[tuple[float, float], ...]:
     """Parse points of a plane. Raises EvaluationError.
 
@@ -80,7 +80,7 @@ def parse_points(
 
 
 def _parse_point(
-    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: EvaluationContext
+    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Context
 ) -> tuple[float, float]:
     item = _with_list_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
@@ -88,7 +88,7 @@ def _parse_point(
     value = binder.compiler.scope.evaluator(binder.module, place).value(item)
     if not isinstance(value, VectorValue) or len(value.values) != 2:
         found = f"{len(value.values)} coordinates" if isinstance(value, VectorValue) else describe_expression(item)
-        raise place.record_error("E207", item.span, f"expected a point of two coordinates, found {found}",
+        raise place.error("E207", item.span, f"expected a point of two coordinates, found {found}",
                          "not a point of a plane", field.meaning)  # fmt: skip
     binder.dimension(field, item, place, value)
     for component in value.values:
@@ -96,9 +96,7 @@ def _parse_point(
     return value.values[0], value.values[1]
 
 
-def _parse_items(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
-) -> Sequence[tree.Expression]:
+def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Sequence[tree.Expression]:
     """Return one item, or the items of a nonempty list without unit or duplicates. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         return (node,)
@@ -108,16 +106,12 @@ def _parse_items(
     for item in node.items:
         if isinstance(item, tree.String):
             if item.value in known:
-                raise place.record_error(
-                    "E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them"
-                )
+                raise place.error("E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them")
             known.add(item.value)
     return node.items
 
 
-def parse_vectors(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
-) -> tuple[tuple[float, ...], ...]:
+def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[tuple[float, ...], ...]:
     """Parse a list of vectors. Raises EvaluationError.
 
     The unit behind the bracket applies to all components without a unit.
@@ -132,24 +126,24 @@ def _with_list_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expre
     return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
 
 
-def parse_components(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[int, ...]:
+def parse_components(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[int, ...]:
     """Parse one axis or a tuple of axes as their numbers, 0 to 2. Raises EvaluationError."""
     items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
     name = field.name
     help = f"write `{name} = z` or `{name} = (x, y)`; by default `{name}` is all three"
     if not items:
-        raise place.record_error("E212", node.span, f"`{name}` names no component", "empty", help)
+        raise place.error("E212", node.span, f"`{name}` names no component", "empty", help)
     found = []
     for item in items:
         if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
             problem = f"expected x, y or z, found {describe_expression(item)}"
-            raise place.record_error("E212", item.span, problem, "not a component", help)
+            raise place.error("E212", item.span, problem, "not a component", help)
         found.append("xyz".index(item.text))
     return tuple(sorted(set(found)))
 
 
 def parse_integer_pairs(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
+    binder: Binder, field: Field, node: tree.Expression, place: Context
 ) -> tuple[tuple[int, int], ...]:
     """Parse a list of pairs of whole numbers. Raises EvaluationError."""
     if not isinstance(node, tree.List) or node.unit is not None or not node.items:
@@ -163,9 +157,7 @@ def parse_integer_pairs(
     return tuple(found)
 
 
-def parse_quantities(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
-) -> tuple[float, ...]:
+def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
     """Parse one quantity, or a list of them. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list"), node, place)
@@ -180,7 +172,7 @@ class DataFieldFinder:
     """Finder of data fields (values read from files) in the expressions of a declaration."""
 
     binder: Binder
-    place: EvaluationContext
+    place: Context
 
     def varies_in_space(self, node: tree.Expression) -> bool:
         """Return whether coordinates or data fields occur in an expression."""
@@ -207,7 +199,7 @@ class DataFieldFinder:
         return self.binder.compiler.resolve_declaration(part, "field", self.binder.module, self.place).thing
 
 
-def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
+def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Any:
     """Parse a constant that varies in space; return None for a constant that does not. Raises EvaluationError."""
     fields = DataFieldFinder(binder, place)
     if not fields.varies_in_space(node):
@@ -219,7 +211,7 @@ def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Ev
     return found
 
 
-def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> Any:
+def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Any:
     """Parse a fibre direction: a vector, three expressions of the coordinates, or a rule. Raises EvaluationError."""
     declared = DataFieldFinder(binder, place)
     if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.is_name_of_kind(node, "fibres")):
@@ -235,7 +227,7 @@ def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Eva
     parts = [profile_syntax.read_profile(item, evaluator, declared, field) for item in node.items]
     for item, part in zip(node.items[1:], parts[1:], strict=True):
         if part.dimension != parts[0].dimension:
-            raise place.record_error("E204", item.span, "the components of a direction must have the same dimension",
+            raise place.error("E204", item.span, "the components of a direction must have the same dimension",
                              f"not {units.dimension_name(parts[0].dimension)}",
                              "write zero with its unit: `(-y, x, 0 mm)`"
                              )  # fmt: skip
@@ -270,7 +262,7 @@ def create_object(
         return constructor.cls(**values)
     except InvalidCombination as wrong:
         value, place = bound.get(wrong.field, (node.function, binder.place))
-        raise place.record_error("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
+        raise place.error("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
 
 
 def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
@@ -283,13 +275,13 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
             fields = [f for name in names if (f := constructor.field(name)) is not None]
             each = (f"`{f.name}`, {re.split('[;,]', f.doc)[0]}{binder.unit_hint(f)}" for f in fields)
             meanings = f"give one of them: {'; or '.join(each)}"
-            binder.place.record_error(
+            binder.place.error(
                 "E351", node.function.span, f"`{constructor.name}` needs either {told}", "one is missing", meanings
             )
         elif len(given) > 1:
             value, place = bound[given[-1]]
             problem = f"`{constructor.name}` takes {told}, not both"
-            place.record_error("E351", value.span, problem, "one follows from the other", f"remove `{given[-1]}`")
+            place.error("E351", value.span, problem, "one follows from the other", f"remove `{given[-1]}`")
         broken |= len(given) != 1
     return broken
 

@@ -14,7 +14,7 @@ from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Parameter, ReusableParts
 from softmark.interpreter.language.expression_evaluation import (
     COORDINATES,
-    EvaluationContext,
+    Context,
     EvaluationError,
     Evaluator,
     Value,
@@ -83,17 +83,17 @@ class Scope:
                     waiting.append(name)
         return found
 
-    def evaluator(self, module: Module, place: EvaluationContext | None = None) -> Evaluator:
+    def evaluator(self, module: Module, place: Context | None = None) -> Evaluator:
         """Return the evaluator of expressions in a module's text; `place` is the text of an override, if any."""
         where = place or module.place
         return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
 
-    def lookup(self, name: tree.Name, module: Module, place: EvaluationContext) -> Value:
+    def lookup(self, name: tree.Name, module: Module, place: Context) -> Value:
         """Return the value of a parameter. Raises EvaluationError."""
         symbol = self.resolve(name, module, place)
         if isinstance(symbol.node, tree.Declare):
             kind = symbol.node.kind
-            raise place.record_error(
+            raise place.error(
                 "E213", name.span, f"expected a number, found the {kind} `{name.text}`",
                 f"{field_schema.article(kind)} {kind}",
                 "only parameters have values: `param L = 178 mm`",
@@ -103,7 +103,7 @@ class Scope:
             raise EvaluationError
         return parameter.value
 
-    def resolve(self, name: tree.Name, module: Module, place: EvaluationContext, kind: str = "") -> Symbol:
+    def resolve(self, name: tree.Name, module: Module, place: Context, kind: str = "") -> Symbol:
         """Return the symbol that a name refers to; `kind` is the expected kind. Raises EvaluationError."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)
@@ -112,7 +112,7 @@ class Scope:
             return symbol
         if self.table.is_broken(full):
             raise EvaluationError  # its own declaration is reported already
-        raise place.record_error(
+        raise place.error(
             "E201",
             name.span,
             f"`{name.text}` is not declared",

@@ -11,7 +11,7 @@ from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Location, Parameter
 from softmark.interpreter.language.expression_evaluation import (
-    EvaluationContext,
+    Context,
     EvaluationError,
     Value,
     describe_value,
@@ -97,7 +97,7 @@ class _Order:
             problem = f"parameters depend on each other in a circle: {' -> '.join(shown)}"
             if len(members) == 1:
                 problem = f"the parameter `{need.full}` depends on itself"
-            need.place.record_error(
+            need.place.error(
                 "E210",
                 need.span,
                 problem,
@@ -113,7 +113,7 @@ class _ParameterDependency:
 
     full: str
     span: tree.Span
-    place: EvaluationContext
+    place: Context
 
 
 def _names_in_expression(expression: tree.Expression) -> list[tree.Name]:
@@ -150,7 +150,7 @@ class _Evaluation:
         location = Location(place.source, node.span)
         return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
-    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: EvaluationContext) -> None:
+    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: Context) -> None:
         if new.dimension == value.dimension and len(value_components(new)) == len(value_components(value)):
             return
         found, due = describe_value(new), describe_value(value)
@@ -158,7 +158,7 @@ class _Evaluation:
             found, due = (f"{w} with {len(value_components(v))} components" for w, v in ((found, new), (due, value)))
         own = Location(self.symbol.module.source, self.node.value.span).text
         help = f"the scene declares `{self.full} = {own}`; give it in {units.usual_units(value.dimension)}"
-        raise place.record_error("E204", node.span, f"expected {due}, found {found}", found, help)
+        raise place.error("E204", node.span, f"expected {due}, found {found}", found, help)
 
     def _evaluate_interval(self, value: Value) -> field_schema.Interval | None:
         low, high, place = self.node.low, self.node.high, self.symbol.module.place
@@ -172,23 +172,23 @@ class _Evaluation:
                 help = (
                     f"a range must have the dimension of its value: give {due} in {units.usual_units(value.dimension)}"
                 )
-                raise place.record_error("E204", end.span, f"expected {due}, found {found}", found, help)
+                raise place.error("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:
             own = place.source.text
             turned = f"{own[high.span.start : high.span.end]} .. {own[low.span.start : low.span.end]}"
-            raise place.record_error("E214", tree.span_between(low.span, high.span),
+            raise place.error("E214", tree.span_between(low.span, high.span),
                              "the range is empty: its lower end is above its upper end",
                              "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
         return field_schema.Interval(ends[0], ends[1], False, False)
 
     def _check_range(
-        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: EvaluationContext
+        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: Context
     ) -> None:
         outside = [v for v in value_components(value) if interval is not None and v not in interval]
         if interval is None or not outside:
             return
         where = f" that line {self.node.name_span.line} of the scene declares" if self.override else ""
-        raise place.record_error("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
+        raise place.error("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
                          f"this is {units.format_value(outside[0], value.dimension)}",
                          f"give a value in the range{where}, or widen the range")  # fmt: skip

@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source, did_you_mean, make_e
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import field_schema
-from softmark.interpreter.language.expression_evaluation import EvaluationContext
+from softmark.interpreter.language.expression_evaluation import Context
 from softmark.interpreter.language.scene_sources import ModuleTable
 from softmark.records import dataclass
 
@@ -23,7 +23,7 @@ class Override:
 
     name: str
     node: tree.Expression
-    place: EvaluationContext
+    place: Context
     name_span: tree.Span
     written: str = "-p {}=VALUE"
     text: str = ""
@@ -43,18 +43,16 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
     """Parse `NAME=VALUE` as an override; return None, with the error in the list, if it cannot be parsed."""
     text = make_encodable(text)
     shown = Source(f"{option} {text}", text)
-    place = EvaluationContext(shown, diagnostics)
+    place = Context(shown, diagnostics)
     name, equals, value = text.partition("=")
     span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
     if not equals or not name.strip():
         missing = "`=` and a value are missing" if not equals else "the name is missing"
-        place.record_error(
-            "E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`"
-        )
+        place.error("E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
-        place.record_error(
+        place.error(
             "E220",
             after,
             "an override has the form `NAME=VALUE`",
@@ -92,7 +90,7 @@ def assign_overrides(overrides: Sequence[Override], table: ModuleTable) -> dict[
 def _report_alias_override(override: Override, owner: str, original: tree.Name) -> None:
     field = override.name.rpartition(".")[2]
     problem = f"`{owner}` has no fields of its own, it is another name for `{original.text}`"
-    override.place.record_error(
+    override.place.error(
         "E205",
         override.name_span,
         problem,
@@ -106,7 +104,7 @@ def _report_unknown_override(override: Override, table: ModuleTable) -> None:
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):
         kind = f"{field_schema.article(known.node.kind)} {known.node.kind}"
-        override.place.record_error(
+        override.place.error(
             "E213",
             override.name_span,
             f"`{override.name}` is {kind}, not a parameter",
@@ -120,6 +118,6 @@ def _report_unknown_override(override: Override, table: ModuleTable) -> None:
         close = f"{meant}.{field}"
     listed = ", ".join(parameters) or "none"
     hint = did_you_mean(close) if close else f"parameters of the scene: {listed}"
-    override.place.record_error(
+    override.place.error(
         "E201", override.name_span, f"`{override.name}` is not a parameter of the scene", "not found", hint
     )

@@ -69,7 +69,7 @@ class Reader:
             case tree.Call():
                 return self._read_function(node)
         found = describe_expression(node)
-        raise self.evaluator.place.record_error(
+        raise self.evaluator.place.error(
             "E207", node.span, f"expected a number, found {found}", found,
             "write a constant that varies as arithmetic of x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
         )  # fmt: skip
@@ -92,7 +92,7 @@ class Reader:
             case "*":
                 return Node("*", both), units.multiply_dimensions(da, db)
             case "/" if b.do == "number" and b.value == 0.0:
-                raise self.evaluator.place.record_error("E219", node.span, "this divides by zero")
+                raise self.evaluator.place.error("E219", node.span, "this divides by zero")
             case "/":
                 return Node("/", both), units.multiply_dimensions(da, db, -1)
             case "^" if db == NONE and da == NONE:
@@ -100,7 +100,7 @@ class Reader:
             case "^" if db == NONE and b.do == "number" and b.value == int(b.value) and abs(b.value) <= 99:
                 return Node("^", both), units.raise_dimension(da, int(b.value))
             case "^" if db == NONE:
-                raise self.evaluator.place.record_error(
+                raise self.evaluator.place.error(
                     "E218", node.span, "a quantity with a unit can be raised to whole powers only",
                     describe_value(Quantity(0.0, da)), "divide by a unit first: `(z / 1 mm)^1.7`",
                 )  # fmt: skip

@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse
 from softmark.grammar.tree import Span
-from softmark.interpreter.language.expression_evaluation import PREDEFINED, EvaluationContext
+from softmark.interpreter.language.expression_evaluation import PREDEFINED, Context
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.records import dataclass
 from softmark.safe_files import open_regular
@@ -35,7 +35,7 @@ class Module:
     tree: tree.Tree
     folder: Path
     prefix: str  # "" or "tissue."
-    place: EvaluationContext
+    place: Context
     file: Path | None = None
 
 
@@ -69,7 +69,7 @@ class ModuleTable:
 
     def with_diagnostics(self, diagnostics: list[Diagnostic]) -> ModuleTable:
         """Return the parsed texts with a new list of diagnostics, to be compiled again."""
-        modules = {id(m): replace(m, place=EvaluationContext(m.source, diagnostics)) for m in self.modules}
+        modules = {id(m): replace(m, place=Context(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
         aliases, broken = dict(self.aliases), set(self.broken)
         return ModuleTable(self.vocabulary, list(modules.values()), symbols, aliases, broken, self.size, self.listed)
@@ -194,9 +194,9 @@ def load_modules(
 ) -> None:
     """Fill in the table with all names of a scene and of the scenes that it uses."""
     if len(source.text) > LARGEST:
-        table.modules.append(Module(source, tree.Tree(()), folder, "", EvaluationContext(source, diagnostics), file))
+        table.modules.append(Module(source, tree.Tree(()), folder, "", Context(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
-        table.modules[0].place.record_error(
+        table.modules[0].place.error(
             "E401", Span(0, 0, 1, 1, 1, 1), problem, help="keep meshes in files of their own: scenes are small texts"
         )
         return
@@ -204,9 +204,7 @@ def load_modules(
     main = table.modules[0]
     if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
         start = Span(0, 0, 1, 1, 1, 1)
-        main.place.record_error(
-            "E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from"
-        )
+        main.place.error("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
 
 
 def _load_module(
@@ -214,7 +212,7 @@ def _load_module(
     chain: tuple[Path, ...], diagnostics: list[Diagnostic],
 ) -> None:  # fmt: skip
     syntax, problems = parse(source)
-    module = Module(source, syntax, folder, prefix, EvaluationContext(source, diagnostics), file)
+    module = Module(source, syntax, folder, prefix, Context(source, diagnostics), file)
     table.modules.append(module)
     table.size += len(source.text)
     diagnostics.extend(problems)
@@ -235,7 +233,7 @@ def _declare_symbol(table: ModuleTable, module: Module, node: tree.Param | tree.
 def _check_name_is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
     """Return whether a name can be declared in a module, and report it otherwise."""
     if name in PREDEFINED:
-        module.place.record_error(
+        module.place.error(
             "E217", span, f"`{name}` is a predefined name and cannot be declared", "predefined",
             f"choose another name, such as `{name}_0`",
         )  # fmt: skip
@@ -244,7 +242,7 @@ def _check_name_is_free(table: ModuleTable, module: Module, name: str, span: Spa
     if full not in table.symbols and full not in table.aliases:
         return True
     first = table.symbols[full].node.name_span if full in table.symbols else table.aliases[full].alias_span
-    module.place.record_error(
+    module.place.error(
         "E208", span, f"`{name}` is declared twice", "the second declaration",
         f"the first declaration is in line {first.line}; rename one of the two",
     )  # fmt: skip
@@ -262,14 +260,14 @@ def _load_used_scene(table: ModuleTable, module: Module, node: tree.Use, chain: 
     try:
         source = _read_used_scene(node, path, shown)
     except UnreadableScene as missing:
-        module.place.record_error(
+        module.place.error(
             "E401", node.path_span, missing.reason, "not usable", _missing_scene_remedy(node, path, missing)
         )
         table.broken.add(alias)
         return
     if (problem := _check_use_limits(table, path, chain, len(source.text))) is not None:
         message, label, help = problem
-        module.place.record_error("E402", node.path_span, message, label, help)
+        module.place.error("E402", node.path_span, message, label, help)
         table.broken.add(alias)
         return
     _load_module(table, source, path.parent, path, alias + ".", chain, module.place.diagnostics)

@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import suggest_text
 from softmark.grammar.tree import Expression, Span
 from softmark.interpreter.language import parameter_overrides, units
 from softmark.interpreter.language.compiled_scene import Location
-from softmark.interpreter.language.expression_evaluation import EvaluationContext, EvaluationError
+from softmark.interpreter.language.expression_evaluation import Context, EvaluationError
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.records import dataclass
 
@@ -40,11 +40,11 @@ class Variant:
 
 
 def read_sweep_target(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext, written: str = ""
+    binder: Binder, field: Field, node: tree.Expression, place: Context, written: str = ""
 ) -> SweepTarget:
     """Parse the target of a sweep; `written` is how the user writes the study, for messages. Raises EvaluationError."""
     if not isinstance(node, tree.Name):
-        raise place.record_error("E207", node.span, f"expected {field.expected}, found a value",
+        raise place.error("E207", node.span, f"expected {field.expected}, found a value",
                          "not a name", field.meaning)  # fmt: skip
     table = binder.compiler.table
     full = binder.module.prefix + node.text
@@ -56,9 +56,7 @@ def read_sweep_target(
     return SweepTarget(full, node.span)
 
 
-def read_sweep_targets(
-    binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext
-) -> tuple[SweepTarget, ...]:
+def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[SweepTarget, ...]:
     """Parse the parameters that a robustness study varies. Raises EvaluationError after checking all of them."""
     if not isinstance(node, tree.List) or node.unit is not None:
         help = (
@@ -66,11 +64,9 @@ def read_sweep_targets(
             if isinstance(node, tree.Name)
             else field.meaning
         )
-        raise place.record_error(
-            "E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help
-        )
+        raise place.error("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
     if not node.items:
-        raise place.record_error("E512", node.span, "the study varies nothing", "an empty list",
+        raise place.error("E512", node.span, "the study varies nothing", "an empty list",
                          "name what to vary, or remove `over`, which varies every number")  # fmt: skip
     found = [_read_robustness_target(binder, field, item, place) for item in node.items]
     if None in found:
@@ -78,24 +74,20 @@ def read_sweep_targets(
     return tuple(t for t in found if t is not None)
 
 
-def _read_robustness_target(
-    binder: Binder, field: Field, item: tree.Expression, place: EvaluationContext
-) -> SweepTarget | None:
+def _read_robustness_target(binder: Binder, field: Field, item: tree.Expression, place: Context) -> SweepTarget | None:
     try:
         return read_sweep_target(binder, field, item, place, "robustness(over = [{}])")
     except EvaluationError:
         return None
 
 
-def read_variants(binder: Binder, field: Field, node: tree.Expression, place: EvaluationContext) -> tuple[Variant, ...]:
+def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[Variant, ...]:
     """Parse the values of a sweep; the unit behind the bracket is added to each. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         help = f"write `[{source_layout.format_on_one_line(node)}, ...]`"
-        raise place.record_error("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
+        raise place.error("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
     if not node.items:
-        raise place.record_error(
-            "E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`"
-        )
+        raise place.error("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
     names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
     table = binder.compiler.table
     for name in names:
@@ -111,16 +103,14 @@ def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Ev
     return known[1]
 
 
-def _read_sweep_value(
-    binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: EvaluationContext
-) -> Variant:
+def _read_sweep_value(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Context) -> Variant:
     whole = item
     if unit is not None and _is_number_without_unit(binder, item, place):
         whole = with_unit(item, unit)
     return Variant(source_layout.format_on_one_line(whole), whole, Location(place.source, item.span))
 
 
-def _is_number_without_unit(binder: Binder, item: tree.Expression, place: EvaluationContext) -> bool:
+def _is_number_without_unit(binder: Binder, item: tree.Expression, place: Context) -> bool:
     """Return whether a value in a list with a unit is a number without a unit of its own.
 
     Raises EvaluationError if it is not a number.

@@ -19,13 +19,8 @@ from softmark.interpreter.language.message_limit import shorten
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.models.shared.perturbed_start import check_perturbed_start as disturbed
+from softmark.interpreter.problem import symmetry_planes
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
-from softmark.interpreter.problem.symmetry_planes import (
-    asymmetric_load_error,
-    initial_motion_error,
-    plane_fault,
-    point_force_warning,
-)
 from softmark.interpreter.problem.theory_dispatch import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, used_scene_checks, value_warnings
@@ -123,16 +118,16 @@ def _check_symmetry_planes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for support in scene.of_kind("support").values():
         body = scene.declared.get(support.value("body") or "")
         if isinstance(support.thing, Symmetric) and body is not None and not _has_error(support, found):
-            fault = plane_fault(support, body.name, body.thing.shape.bounds)
+            fault = symmetry_planes.plane_fault(support, body.name, body.thing.shape.bounds)
             if fault is not None:
                 yield fault
             for analysis in scene.of_kind("analysis").values():
-                if (fault := initial_motion_error(support, analysis)) is not None:
+                if (fault := symmetry_planes.initial_motion_error(support, analysis)) is not None:
                     yield fault
             for load in scene.acting("load", body.name):
-                if (fault := asymmetric_load_error(support, load)) is not None:
+                if (fault := symmetry_planes.asymmetric_load_error(support, load)) is not None:
                     yield fault
-                if (doubt := point_force_warning(support, load, body.thing.shape.bounds)) is not None:
+                if (doubt := symmetry_planes.point_force_warning(support, load, body.thing.shape.bounds)) is not None:
                     yield doubt
 
 

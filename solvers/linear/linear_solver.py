@@ -57,7 +57,7 @@ class LinearSolverOptions:
 
 
 @dataclass
-class CountingLinearSolver:
+class LinearSystems:
     """Solver for all linear systems of one problem, which counts solves, factorisations and iterations."""
 
     choice: LinearSolverOptions = field(default_factory=LinearSolverOptions)
@@ -108,7 +108,7 @@ class CountingLinearSolver:
             return SinglePrecisionFactor(found)  # a float32 matrix gives no residual accurate enough to refine
         return CountedFactor(self, found) if found.tolerance else found
 
-    def next_linear_tolerance(self, residual: float, before: float, last: float, tolerance: float) -> float:
+    def next_tolerance(self, residual: float, before: float, last: float, tolerance: float) -> float:
         """Return the relative residual to which the next linear system should be solved.
 
         It is 0.9 (residual / before)^2, with Newton's residual now (`residual`) and one step earlier (`before`). It is
@@ -139,7 +139,7 @@ def warm_up(choice: LinearSolverOptions, kind: Any) -> None:
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method
     with suppress(Singular):  # the real solve reports the error
-        systems = CountingLinearSolver(replace(choice, method=method, modes=None, spare=None))
+        systems = LinearSystems(replace(choice, method=method, modes=None, spare=None))
         systems.factor(K, True, TIGHTEST).solve(np.ones(3, dtype=kind))
 
 
@@ -147,7 +147,7 @@ def warm_up(choice: LinearSolverOptions, kind: Any) -> None:
 class CountedFactor:
     """Iterative solver whose iterations are added to the counter of `systems`."""
 
-    systems: CountingLinearSolver
+    systems: LinearSystems
     factor: Factor
 
     @property
@@ -204,7 +204,7 @@ class DiagonalConjugateGradients:
     descent direction, as in truncated Newton methods (Steihaug 1983).
     """
 
-    systems: CountingLinearSolver
+    systems: LinearSystems
     K: sparse.csr_matrix
     tolerance: float
     symmetric: bool
@@ -259,7 +259,7 @@ class ReusedFactor:
     The factor that costs less is used.
     """
 
-    systems: CountingLinearSolver
+    systems: LinearSystems
     K: sparse.csr_matrix
     tolerance: float
     negative_pivots: int | None = None  # 1 if K is not positive definite, else unknown

@@ -331,7 +331,7 @@ class PathFollower:
         newton._promised = None
         try:
             x = self.problem.space.move(near.x, self._imposed_displacements(near.x, 1.0 - near.load))
-            x, done, _ = newton.take_full_steps(x, CORRECTIONS)
+            x, done, _ = newton.full_steps(x, CORRECTIONS)
         except NotConverged:
             return None
         strayed = np.linalg.norm(x - near.x) > 0.5 * np.linalg.norm(near.x - here.x) + 1e-9 * self.scale

@@ -48,7 +48,7 @@ def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Flo
     """
     if newton.assembly.saddle:
         try:
-            return newton.solve_with_full_steps(x, STEPS, load, WHOLE)
+            return newton.solve_by_full_steps(x, STEPS, load, WHOLE)
         except NotConverged:
             if not first and newton.history[-1].length < WHOLE:
                 raise

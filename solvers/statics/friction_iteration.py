@@ -90,7 +90,7 @@ def _solve_with_full_tangent(newton: Newton, x: Floats, load: float, residual: f
     moved, done = newton.moved, False
     for most in EACH if _has_rigid_friction(newton.assembly) else FALLS:
         try:
-            x, done, left = newton.take_full_steps(x, most, load)
+            x, done, left = newton.full_steps(x, most, load)
         except NotConverged:
             break
         if done or not left < residual:

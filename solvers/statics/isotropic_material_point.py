@@ -97,7 +97,7 @@ class PrincipalStretchSolver:
         for number in range(most):
             if at is None or (step := _solve_small_system(at[1], at[0])) is None:
                 return None
-            moved = self._search_line((e, p, at), free, step)
+            moved = self._line_step((e, p, at), free, step)
             if moved is None:
                 return (e, p, number, at[2]) if max(map(abs, at[0])) <= SETTLED * self._largest_stiffness else None
             e, p, at = moved
@@ -135,7 +135,7 @@ class PrincipalStretchSolver:
                 return e, 0.0, number + 1, known
         return None
 
-    def _search_line(self, at: Any, free: Free, step: list[float]) -> Any:
+    def _line_step(self, at: Any, free: Free, step: list[float]) -> Any:
         """Return the first point with a smaller residual along a Newton step, by halving; None if there is none."""
         e, p, (left, _, _) = at
         part, size = 1.0, math.hypot(*left)

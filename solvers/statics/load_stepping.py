@@ -50,7 +50,7 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
     most = MEETING if newton.problem.may_contact else EACH
     try:
         start = newton.predict_equilibrium(x, target - load, load)
-        there, done, _ = newton.take_full_steps(start, most, target)
+        there, done, _ = newton.full_steps(start, most, target)
     except NotConverged:
         return None
     if newton.problem.way is not None and has_left_solution_branch(x, start, there):

@@ -162,7 +162,7 @@ class MaterialPoint:
                     step: Floats = np.linalg.solve(self._residual_jacobian(drive, t, p, free), -left).astype(np.float64)
                 except np.linalg.LinAlgError:
                     return None
-                moved = self._search_line(drive, (t, p, left), free, step)
+                moved = self._line_step(drive, (t, p, left), free, step)
                 if moved is None:
                     settled = np.abs(left).max() <= SETTLED * self._largest_stiffness
                     return (t, p, number) if settled else None
@@ -172,7 +172,7 @@ class MaterialPoint:
                     return t, p, number + 1
         return None
 
-    def _search_line(
+    def _line_step(
         self, drive: ImposedDeformation, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats
     ) -> tuple[Floats, float, Floats] | None:
         """Return the first point with a smaller residual along a Newton step, by halving; None if there is none.

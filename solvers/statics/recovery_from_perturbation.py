@@ -31,7 +31,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Singular, condition, factor
-from softmark.solvers.linear.linear_solver import CountingLinearSolver
+from softmark.solvers.linear.linear_solver import LinearSystems
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.statics.static_equilibrium import equilibrium
 from softmark.solvers.statics.static_newton import RIGID, Newton
@@ -92,7 +92,7 @@ class _Recovery:
         self.tangled = tangled
         self.random = np.random.default_rng([tangled.seed, 1])
         self.history: list[Iteration] = []
-        self.systems = CountingLinearSolver(problem.linear)
+        self.systems = LinearSystems(problem.linear)
         self.newton = Newton(self.problem, self.history, self.systems, "recovery")
         self.stable: bool | None = None
         self.attempts = self.filled = 0

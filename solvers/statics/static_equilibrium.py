@@ -33,7 +33,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
-from softmark.solvers.linear.linear_solver import CountingLinearSolver, LinearSolverOptions
+from softmark.solvers.linear.linear_solver import LinearSolverOptions, LinearSystems
 from softmark.solvers.statics.arc_length import PathFollower
 from softmark.solvers.statics.load_stepping import has_left_solution_branch, solve_in_load_steps
 from softmark.solvers.statics.rigid_motion_predictor import predict_rigid_motion
@@ -51,11 +51,11 @@ from softmark.solvers.statics.static_problem import (
 )
 from softmark.solvers.statics.static_stability import (
     critical_load,
+    current_stiffness,
     direct_newton,
     loose_motion,
     rounding_error,
-    stiffness_parameter_with_count,
-)
+)  # fmt: skip
 
 __all__ = [
     "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "LinearSolverOptions", "NotConverged",
@@ -74,7 +74,7 @@ BOLD, ROUGH = 20, 12  # largest numbers of full steps: with the law; with its tw
 def equilibrium(problem: Statics) -> Equilibrium:
     """Return the equilibrium under full load. Raises NotConverged with the history of all attempts."""
     history: list[Iteration] = []
-    systems = CountingLinearSolver(problem.linear)
+    systems = LinearSystems(problem.linear)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if problem.cap is not None or problem.linear.cap is not None:
             return _solve_with_capped_steps(problem, history, systems)
@@ -103,7 +103,7 @@ def _explain_failure(problem: Statics, history: list[Iteration], failure: NotCon
     return NotConverged(reason, tuple(history), facts, left, loose)
 
 
-def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the equilibrium at full load by the three strategies in turn. Raises NotConverged."""
     ways = [_solve_from_given_start] if problem.start is not None and problem.largest_load_step == 1.0 else []
     unstable = None
@@ -135,23 +135,20 @@ def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: 
 # ------------------------------------------------------------------ full steps at full load
 
 
-def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
     start = _start_state(newton)
-    x = newton.descend(start, 1.0) if problem.may_contact else newton.solve_with_full_steps(start, BOLD)
+    x = newton.descend(start, 1.0) if problem.may_contact else newton.solve_by_full_steps(start, BOLD)
     return _accept_stable_state(newton, x)
 
 
-def _solve_from_given_start(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_from_given_start(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
     x = _move_given_start(newton)
-    x = (
-        newton.descend(predict_rigid_motion(problem, x), 1.0)
-        if problem.may_contact
-        else newton.solve_with_full_steps(x, ROUGH)
-    )
+    start = predict_rigid_motion(problem, x) if problem.may_contact else x
+    x = newton.descend(start, 1.0) if problem.may_contact else newton.solve_by_full_steps(x, ROUGH)
     return replace(_accept_stable_state(newton, x), started=True)
 
 
@@ -167,14 +164,14 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
     return solve_with_stiffness_ramp(newton, x, load)
 
 
-def _solve_with_soft_barriers(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_with_soft_barriers(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the equilibrium at full load, with soft barriers first. Raises NotConverged."""
     newton = Newton(problem, history, systems, "soft barriers")
     x = newton.impose_support_motion(problem.rest, 1.0) if problem.start is None else _move_given_start(newton)
     return _accept_stable_state(newton, _minimize_energy(newton, x, 1.0))
 
 
-def _solve_in_load_steps(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_in_load_steps(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the equilibrium at full load by load stepping. Raises NotConverged."""
     newton = Newton(problem, history, systems, "steps of load")
     x, steps = solve_in_load_steps(newton)
@@ -184,8 +181,7 @@ def _solve_in_load_steps(problem: Statics, history: list[Iteration], systems: Co
 def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     """Return the start state for full steps. Raises NotConverged.
 
-    It is the equilibrium of the corotational twin, or the linear response to the supports. A cap on linear systems also
-    limits the steps to the twin.
+    It is the equilibrium of the corotational twin, up to `cap` linear systems, or the linear response to the supports.
     """
     problem = newton.problem
     if problem.twin is None or problem.has_friction:
@@ -194,11 +190,11 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     start = Newton(rough, newton.history, newton.systems, "corotational start")
     x = start.impose_support_motion(problem.rest, 1.0)
     if cap is None:
-        x = start.descend(x, 1.0) if problem.may_contact else start.solve_with_full_steps(x, ROUGH)
+        x = start.descend(x, 1.0) if problem.may_contact else start.solve_by_full_steps(x, ROUGH)
         if not problem.near(x):
             raise NotConverged("the corotational start compresses cells to zero volume", tuple(newton.history))
     else:
-        x, _, _ = start.take_full_steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
+        x, _, _ = start.full_steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed
     newton.predict_pressures(x)
     return x
@@ -263,7 +259,7 @@ def _is_stable(newton: Newton, x: Floats) -> bool | None:
 
 
 def _solve_buckling_after_rotation(
-    problem: Statics, history: list[Iteration], systems: CountingLinearSolver, unstable: Floats
+    problem: Statics, history: list[Iteration], systems: LinearSystems, unstable: Floats
 ) -> Equilibrium:
     """Return the stable state to which a body buckles from an unstable equilibrium at the end of a rotation.
 
@@ -279,7 +275,7 @@ def _solve_buckling_after_rotation(
 
 
 def _leave_instability(
-    problem: Statics, history: list[Iteration], systems: CountingLinearSolver, unstable: Floats
+    problem: Statics, history: list[Iteration], systems: LinearSystems, unstable: Floats
 ) -> Equilibrium:
     """Return a stable state near an unstable equilibrium of a body held only by contact, if the body deforms.
 
@@ -302,12 +298,12 @@ def _leave_instability(
 # ------------------------------------------------------------------ full steps with a cap
 
 
-def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the state of full steps when the cap is reached, or the equilibrium if earlier. Raises NotConverged."""
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
     x = _move_given_start(newton) if started else _start_state(newton, cap)
-    x, done, residual = newton.take_full_steps(x, max(0, cap - systems.solves))
+    x, done, residual = newton.full_steps(x, max(0, cap - systems.solves))
     if not np.isfinite(residual):
         raise NotConverged("full Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
@@ -322,7 +318,7 @@ def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems
 
 
 def _solve_safely(
-    problem: Statics, history: list[Iteration], systems: CountingLinearSolver, vain: int | None = None
+    problem: Statics, history: list[Iteration], systems: LinearSystems, vain: int | None = None
 ) -> Equilibrium:
     """Return the equilibrium by the careful strategy: load steps are halved where they fail. Raises NotConverged.
 
@@ -362,7 +358,7 @@ def _solve_safely(
 
 def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
     """Return a text with a likely cause why the load cannot be raised: a limit point or a bifurcation, or ""."""
-    known = stiffness_parameter_with_count(problem, history, x, load) if load > 0.0 and problem.way is None else None
+    known = current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
     soft, negative = known
@@ -378,7 +374,7 @@ def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats
 # ------------------------------------------------------------------ arc length and result
 
 
-def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: CountingLinearSolver) -> Equilibrium:
+def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the first equilibrium under full load along the equilibrium path from rest. Raises NotConverged."""
     newton = direct_newton(problem, history, "path")
     newton.systems = systems

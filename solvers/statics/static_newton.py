@@ -11,7 +11,7 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
 from softmark.solvers.linear.factorisations import DeferredFactor, Factor, Singular
-from softmark.solvers.linear.linear_solver import TIGHTEST, CountingLinearSolver
+from softmark.solvers.linear.linear_solver import TIGHTEST, LinearSystems
 from softmark.solvers.statics.rigid_motion_predictor import force_change_of_rigid_motion
 from softmark.solvers.statics.static_problem import Criterion, Iteration, NotConverged, Statics
 
@@ -28,9 +28,7 @@ Merit = Callable[[Floats, float], float]
 class Newton:
     """Newton solver of one assembly; it keeps the last factorisation and records all iterations."""
 
-    def __init__(
-        self, problem: Statics, history: list[Iteration], systems: CountingLinearSolver, phase: str = "free"
-    ) -> None:
+    def __init__(self, problem: Statics, history: list[Iteration], systems: LinearSystems, phase: str = "free") -> None:
         self.problem = problem
         self.assembly = problem.assembly
         self.history = history
@@ -158,19 +156,17 @@ class Newton:
         """State space of the problem."""
         return self.problem.space
 
-    def solve_with_full_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
+    def solve_by_full_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
         """Return the equilibrium by full Newton steps from x. Raises NotConverged.
 
         Steps are shortened only to the domain of the law, and not below the fraction `least`.
         """
-        x, done, residual = self.take_full_steps(x, most, load, least)
+        x, done, residual = self.full_steps(x, most, load, least)
         if done:
             return x
         raise NotConverged(f"full Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
-    def take_full_steps(
-        self, x: Floats, most: int, load: float = 1.0, least: float = 0.0
-    ) -> tuple[Floats, bool, float]:
+    def full_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
         """Take at most `most` full steps; return the state, whether it is an equilibrium, and the residual."""
         self._close = self._tiny = False
         self._last_residual = np.inf
@@ -221,9 +217,7 @@ class Newton:
     def _set_linear_tolerance(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
         if self.systems.choice.iterative:
-            goal = self.systems.next_linear_tolerance(
-                residual, self._last_residual, self._last_goal, self.problem.tolerance
-            )
+            goal = self.systems.next_tolerance(residual, self._last_residual, self._last_goal, self.problem.tolerance)
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
@@ -277,7 +271,7 @@ class Newton:
                 break
             self._set_linear_tolerance(residual)
             self.reached = x
-            x, value, length = self._search_line(x, load, g, max(recent), merit)
+            x, value, length = self._line_step(x, load, g, max(recent), merit)
             recent.append(value)
             self._record_iteration(load, number, residual, length)
             if self.phase == "aside" and (lost := self._lost_rotation_message(x, load)):
@@ -346,9 +340,7 @@ class Newton:
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
-    def _search_line(
-        self, x: Floats, load: float, g: Floats, value: float, merit: Merit
-    ) -> tuple[Floats, float, float]:
+    def _line_step(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
         """Return state, merit and step length after a line search. Raises NotConverged.
 
         It searches along the Newton direction, or along that of the definite tangent if the first fails.

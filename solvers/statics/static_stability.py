@@ -12,7 +12,7 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular
-from softmark.solvers.linear.linear_solver import CountingLinearSolver
+from softmark.solvers.linear.linear_solver import LinearSystems
 from softmark.solvers.statics.arc_length import PathFollower, PathLost
 from softmark.solvers.statics.static_newton import Newton
 from softmark.solvers.statics.static_problem import Iteration, NotConverged, Statics
@@ -48,7 +48,7 @@ def direct_newton(problem: Statics, history: list[Iteration], phase: str) -> New
     choice = replace(problem.linear, method=method, precision="double", reuse=False, cap=None)
     assembly, rest = problem.exact or problem.assembly, np.asarray(problem.rest, dtype=np.float64)
     exact = replace(problem, assembly=assembly, exact=None, rest=rest, linear=choice)
-    return Newton(exact, history, CountingLinearSolver(choice), phase)
+    return Newton(exact, history, LinearSystems(choice), phase)
 
 
 def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> float | None:
@@ -109,7 +109,7 @@ def _follow_to_load(newton: Newton, low: _PathState, load: float) -> _PathState 
         with suppress(NotConverged, Singular):
             newton._promised = None
             x = newton.impose_support_motion(low.x, load - low.load, load)
-            x, done, _ = newton.take_full_steps(x, STEPS, load)
+            x, done, _ = newton.full_steps(x, STEPS, load)
             if done:
                 return _factorise_state(newton, load, x, True)
         load = 0.5 * (low.load + load)
@@ -155,9 +155,7 @@ def least_singular_fraction(K: sparse.csr_matrix, factor: Factor, other: sparse.
 # ------------------------------------------------------------------ stiffness against the load
 
 
-def stiffness_parameter_with_count(
-    problem: Statics, history: list[Iteration], x: Floats, load: float
-) -> tuple[float, int] | None:
+def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, load: float) -> tuple[float, int] | None:
     """Return the stiffness against the load relative to that at rest, and the number of negative eigenvalues.
 
     This is the current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978), which is zero at a

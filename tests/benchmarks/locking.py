@@ -30,7 +30,7 @@ from softmark.solvers.mesh.cell_splitting import mesh_hexahedra, two_colour_poin
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.static_equilibrium import Linear, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import LinearSolverOptions, Statics, equilibrium
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
 from hollow_sphere_octant import octant
@@ -65,7 +65,7 @@ def solved(mesh: Mesh, form: str, what: Any, f: Floats, fixed: Any) -> Floats:
     assembly = Assembly(dofs, fixed, [energy], [DisplacementEnergy(DeadForces(f), n)])
     spare = energy.spare[assembly.free] if form == "mixed" else None
     problem = Statics(assembly, VectorSpace(dofs), np.zeros(dofs), fixed, np.zeros(len(fixed)), convex=True,
-                      linear=Linear(spare=spare))  # fmt: skip
+                      linear=LinearSolverOptions(spare=spare))  # fmt: skip
     return equilibrium(problem).x[:n].reshape(-1, 3)
 
 

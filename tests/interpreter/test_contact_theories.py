@@ -240,7 +240,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     """
     reference, own = case(BAR)
     found = solve_theory(reference, own)
-    assert (found.longer, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
+    assert (found.lengthening, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
     assert found.root == pytest.approx((0.0, 0.0, 0.0))
     rest = theory_forces(reference, own, found)
     assert rest is not None

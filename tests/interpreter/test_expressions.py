@@ -14,7 +14,7 @@ from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import (
     FUNCTIONS,
-    EvaluationContext,
+    Context,
     EvaluationError,
     Evaluator,
     Quantity,
@@ -34,7 +34,7 @@ def evaluate(text: str) -> tuple[Value | None, list[Diagnostic]]:
     assert node is not None, problems
     try:
         value: Value | None = Evaluator(
-            EvaluationContext(Source("text", text), found), lambda name: NAMES[name.text], CATALOGUE
+            Context(Source("text", text), found), lambda name: NAMES[name.text], CATALOGUE
         ).value(node)
     except EvaluationError:
         value = None

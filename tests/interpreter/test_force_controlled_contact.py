@@ -106,12 +106,12 @@ def test_what_nothing_stops_is_no_answer(where: tuple[str, str]) -> None:
 
 def test_a_force_that_is_wrong_by_a_thousandth_is_found_by_other_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is borne is held against the loads of the scene, read once more."""
-    right = force_driven_rigid_bodies.force_on
+    right = force_driven_rigid_bodies.driving_force
 
     def wrong(touch: RigidBodyContact) -> float:
         return 1.001 * right(touch)
 
-    monkeypatch.setattr(force_driven_rigid_bodies, "force_on", wrong)
+    monkeypatch.setattr(force_driven_rigid_bodies, "driving_force", wrong)
     text = re.sub(r"static\(.*\)", "static()", SOLID).format(guide=GUIDE, friction="")
     found = solved(text + PRESSED.format(at="(11, 10, 5)", vector="(0, 0, -20)").replace(", amplitude = per_state", ""))
     assert found.models["cubes"].status == "failed"

@@ -181,7 +181,7 @@ def test_a_watchdog_that_bites(monkeypatch: pytest.MonkeyPatch) -> None:
                                  "dPdF": lambda s, F: point.law.dPdF(F)})()  # fmt: skip
         return replace(point, law=law)
 
-    monkeypatch.setattr(material_point_builder, "point_of", wrong)
+    monkeypatch.setattr(material_point_builder, "build_material_point", wrong)
     dot = run(f"{ROLLERS}{PULL}{LOOK}model dot = homogeneous(uniaxial)\n").models["dot"]
     assert dot.status == "failed"
 
@@ -203,7 +203,7 @@ def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: py
                                   "dPdF": lambda s, F: own.dPdF(F)})()  # fmt: skip
         return replace(point_of(case, strain), law=law)
 
-    monkeypatch.setattr(material_point_builder, "point_of", fibred)
+    monkeypatch.setattr(material_point_builder, "build_material_point", fibred)
     dot = run(f"{ROLLERS}{PULL}{LOOK}model dot = homogeneous(uniaxial)\n").models["dot"]
     assert dot.status == "not_converged"
     assert "oblique to the coordinate axes" in dot.message

@@ -253,7 +253,7 @@ def test_a_solid_column_buckles_near_the_load_of_euler(law: Maker, elastic: Ener
     body = elastic(mesh, law("neo_hookean", 1e6, 0.0))
     held = mesh.points[:, 0] < 1e-9
     column = problem(mesh, body, held, [DeadForces(-traction)], extent=mesh.extent)
-    straight = direct_newton(column, [], "straight").solve_with_full_steps(column.rest, 10)
+    straight = direct_newton(column, [], "straight").solve_by_full_steps(column.rest, 10)
     assert critical_load(column, [], straight) == pytest.approx(1 / 1.5, rel=0.03)
 
 

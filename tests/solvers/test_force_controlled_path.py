@@ -79,7 +79,7 @@ def test_a_stop_that_is_met_late_is_no_snap() -> None:
 
 def test_places_without_an_equilibrium_tell_nothing() -> None:
     class Gap(Curve):
-        def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
+        def _solve_at_travel(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
             if near is not None:
                 raise NotConverged("no equilibrium")
             return super()._solve_at_travel(d)

@@ -26,7 +26,13 @@ from softmark.solvers.materials import MATERIALS, Law, shear_and_volume_laws
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
-from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, NotConverged, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import (
+    Equilibrium,
+    LinearSolverOptions,
+    NotConverged,
+    Statics,
+    equilibrium,
+)
 
 Maker = Callable[..., Law]
 Problems = Callable[..., Statics]
@@ -117,7 +123,7 @@ def rounded(problem: Statics) -> Statics:
         twin=twin,
         rest=problem.rest.astype(np.float32),
         exact=problem.assembly,
-        linear=Linear(precision="single"),
+        linear=LinearSolverOptions(precision="single"),
     )
 
 
@@ -208,11 +214,16 @@ def test_a_cap_holds_for_the_corotational_start_too() -> None:
     assert not found.solved
 
 
-CHOICES = [Linear("conjugate_gradients"), Linear(reuse=True), Linear("superlu"), Linear("cholesky")]
+CHOICES = [
+    LinearSolverOptions("conjugate_gradients"),
+    LinearSolverOptions(reuse=True),
+    LinearSolverOptions("superlu"),
+    LinearSolverOptions("cholesky"),
+]
 
 
 @pytest.mark.parametrize("choice", CHOICES)
-def test_every_linear_solver_comes_to_the_same_state(choice: Linear, law: Maker) -> None:
+def test_every_linear_solver_comes_to_the_same_state(choice: LinearSolverOptions, law: Maker) -> None:
     """The tolerance on forces, 1e-8, is 1e-7 and less of displacements (test_statics)."""
     problem = corotated(law)
     found, exact = (
@@ -231,7 +242,7 @@ def test_twenty_five_iterations_of_conjugate_gradients_are_no_solution(law: Make
     one is 113.8 mm, 1.7 %. The state at rest after one such step is no better: below 3 % of the solution.
     """
     problem = corotated(law)
-    capped = equilibrium(replace(problem, cap=1, linear=Linear("conjugate_gradients", cap=25)))
+    capped = equilibrium(replace(problem, cap=1, linear=LinearSolverOptions("conjugate_gradients", cap=25)))
     assert not capped.solved
     assert capped.facts["linear_capped"] == 1
     assert capped.facts["linear_iterations"] == 25
@@ -239,7 +250,7 @@ def test_twenty_five_iterations_of_conjugate_gradients_are_no_solution(law: Make
 
 
 def test_a_cap_on_iterations_that_does_not_hinder_is_converged(law: Maker) -> None:
-    found = equilibrium(replace(corotated(law), linear=Linear("conjugate_gradients", cap=5000)))
+    found = equilibrium(replace(corotated(law), linear=LinearSolverOptions("conjugate_gradients", cap=5000)))
     assert found.solved
     assert found.facts["linear_capped"] == 0
 

@@ -29,7 +29,7 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Equilibrium, LinearSolverOptions, Statics, equilibrium
 
 FINITE = ("neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff")
 
@@ -65,7 +65,7 @@ def solved(
     goal = np.zeros(len(fixed)) if target is None else target
     problem = Statics(
         assembly, VectorSpace(dofs), np.zeros(dofs), fixed, goal, 1e-9, twin=twin, convex=strain == "small",
-        extent=mesh.extent, linear=Linear(spare=spare),
+        extent=mesh.extent, linear=LinearSolverOptions(spare=spare),
     )  # fmt: skip
     found = equilibrium(problem)
     return found.x[:n].reshape(-1, 3), found, energy

@@ -12,7 +12,7 @@ import pytest
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.linear import factorisations as linear
-from softmark.solvers.linear.linear_solver import CountingLinearSolver, LinearSolverOptions
+from softmark.solvers.linear.linear_solver import LinearSolverOptions, LinearSystems
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -347,7 +347,7 @@ def test_follower_loads_are_judged_by_the_symmetric_part_whatever_solved_the_ste
     for pressure, young, known in ((0.05, 1.0, True), (-0.05, 1.0, True), (0.05, -1.0, None)):
         load = FollowerPressure(CUBE.points, top, pressure)
         pressed = problem(CUBE, elastic(CUBE, law("corotational", young)), CUBE.points[:, 2] < 1e-9, [load])
-        newton = Newton(pressed, [], CountingLinearSolver(LinearSolverOptions(method)))
+        newton = Newton(pressed, [], LinearSystems(LinearSolverOptions(method)))
         newton.last = linear.factor(pressed.assembly.tangent(pressed.rest, 1.0), False)
         assert (newton.last.negative_pivots is None) == fine
         before = newton.last

@@ -70,7 +70,7 @@ def test_the_stress_of_a_law_is_what_pulls_as_the_law_does() -> None:
         (BiotStrain(), law_for(gel, "corotational")),
     ]
     for measure, law in laws:
-        np.testing.assert_allclose(measure.pulled(F, measure.stress(law, F)), law.P(F), atol=1e-13)
+        np.testing.assert_allclose(measure.first_piola_stress(F, measure.stress(law, F)), law.P(F), atol=1e-13)
 
 
 # ------------------------------------------------------------------ energies of a series

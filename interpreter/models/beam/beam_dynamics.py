@@ -76,7 +76,7 @@ class MovingBeam(PreparedMotion):
         self._turning.reset()
         return super()._step_error()
 
-    def _mode_displacement_field(self, shape: Floats) -> Callable[[Floats], Floats]:
+    def _mode_field(self, shape: Floats) -> Callable[[Floats], Floats]:
         """Return the displacement field of a vibration mode `shape` (dofs,).
 
         It is computed by a finite difference, because points of a section rotate with it.

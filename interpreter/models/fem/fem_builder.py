@@ -106,9 +106,8 @@ class PreparedSolid(MeshBasedModel):
         entries = len(self.problem.assembly.pattern.indices)
         with factorisations.warm_up_in_parallel(entries):
             self._warm_cells()
-        if entries >= factorisations.LARGE or self.problem.linear != LinearSolverOptions(
-            modes=self.problem.linear.modes
-        ):
+        default = LinearSolverOptions(modes=self.problem.linear.modes)
+        if entries >= factorisations.LARGE or self.problem.linear != default:
             linear_solver.warm_up(self.problem.linear, self.problem.rest.dtype)
         if self.first is not None:
             self.first.prepared.warm()
@@ -321,12 +320,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
     from softmark.interpreter.models.shared.solid_dynamics import build_solid_dynamics
 
-    known = (
-        static.mesh,
-        mass_of(model, case, static.mesh, parts),
-        static.problem.assembly.internal,
-        static.amplitude_scaled_energies,
-    )
+    mass = mass_of(model, case, static.mesh, parts)
+    known = (static.mesh, mass, static.problem.assembly.internal, static.amplitude_scaled_energies)
     return include_free_rigid_bodies(
         build_solid_dynamics(static, declared, case, *known, static.problem, len(static.muscles)), case
     )

@@ -54,7 +54,7 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: LinearSolverO
 
     from softmark.solvers.dynamics.vibration_modes import CLOSE, ModesNotFound, lowest_modes, mode_residual
     from softmark.solvers.linear.factorisations import Singular
-    from softmark.solvers.linear.linear_solver import CountingLinearSolver, LinearSolverOptions
+    from softmark.solvers.linear.linear_solver import LinearSolverOptions, LinearSystems
 
     if not assembly.conservative:
         raise Undefined(
@@ -63,7 +63,7 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: LinearSolverO
     K, M = assembly.tangent(x.astype(np.float64), 1.0), free_mass_matrix(mass, assembly)
     try:
         plain = LinearSolverOptions(modes=linear.modes, spare=linear.spare)
-        values, modes = lowest_modes(K, M, count, lambda: CountingLinearSolver(plain).direct(K))
+        values, modes = lowest_modes(K, M, count, lambda: LinearSystems(plain).direct(K))
     except (ModesNotFound, Singular) as error:
         raise Undefined(str(error)) from error
     if (left := mode_residual(K, M, values, modes)) > CLOSE:

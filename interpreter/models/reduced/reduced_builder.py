@@ -336,8 +336,8 @@ class ReducedDynamics(PreparedMotion):
         """Return reduced displacements, velocities and accelerations (3, r)."""
         return np.array([motion.x, motion.v, motion.a])
 
-    def _mode_displacement_field(self, shape: Floats) -> Callable[[Floats], Floats]:
-        return super()._mode_displacement_field(self.fields @ shape)
+    def _mode_field(self, shape: Floats) -> Callable[[Floats], Floats]:
+        return super()._mode_field(self.fields @ shape)
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         kept = stored_indices(track, every)

@@ -152,7 +152,7 @@ class PreparedMotion:
         with np.errstate(all="ignore"):
             return estimate_step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
 
-    def _mode_displacement_field(self, shape: Floats) -> Callable[[Floats], Floats]:
+    def _mode_field(self, shape: Floats) -> Callable[[Floats], Floats]:
         """Return the displacement field, a function of points X (n, 3), m, of a vibration mode `shape` (dofs,)."""
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
@@ -162,11 +162,7 @@ class PreparedMotion:
     def _step_errors(self) -> ModalErrors | None:
         """Return the time-step error with the displacement field of each mode; None if unknown."""
         found = self._step_error()
-        return (
-            None
-            if found is None
-            else ModalErrors(found, tuple(self._mode_displacement_field(s) for s in found.shapes.T))
-        )
+        return None if found is None else ModalErrors(found, tuple(self._mode_field(s) for s in found.shapes.T))
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution of a trajectory, with its report and warnings."""
@@ -365,14 +361,12 @@ def _energy_warning(declared: Declared, analysis: Dynamic, track: Trajectory) ->
 
 def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
     """Yield a warning if the dissipated viscoelastic energy decreases in time."""
-    if problem.remembering is None:
+    if (history := problem.remembering) is None:
         return
     from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
 
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
-    yield from dissipation_warnings(
-        declared, np.array(problem.remembering.losses), moved, problem.remembering.has_unknown_energy
-    )
+    yield from dissipation_warnings(declared, np.array(history.losses), moved, history.has_unknown_energy)
 
 
 def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
