@@ -34,6 +34,7 @@ from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Vecto
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.linear_solver import LinearSolverOptions, LinearSystems
+from softmark.solvers.statics import static_stability
 from softmark.solvers.statics.arc_length import PathFollower
 from softmark.solvers.statics.load_stepping import has_left_solution_branch, solve_in_load_steps
 from softmark.solvers.statics.rigid_motion_predictor import predict_rigid_motion
@@ -49,13 +50,6 @@ from softmark.solvers.statics.static_problem import (
     Statics,
     Watch,
 )
-from softmark.solvers.statics.static_stability import (
-    critical_load,
-    current_stiffness,
-    direct_newton,
-    loose_motion,
-    rounding_error,
-)  # fmt: skip
 
 __all__ = [
     "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "LinearSolverOptions", "NotConverged",
@@ -85,19 +79,19 @@ def equilibrium(problem: Statics) -> Equilibrium:
             raise _explain_failure(problem, history, failure) from failure
         if found.unstable is None or found.critical is not None:
             return found
-        critical = critical_load(problem, history, found.unstable)
+        critical = static_stability.critical_load(problem, history, found.unstable)
     return replace(found, critical=critical, history=tuple(history))
 
 
 def _explain_failure(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
     """Return the failure with the buckling load, or the motion without resistance, added if either is the cause."""
     left, facts, reason = failure.unstable, failure.facts, failure.reason
-    critical = None if left is None else critical_load(problem, history, left)
+    critical = None if left is None else static_stability.critical_load(problem, history, left)
     if critical is not None:
         reason = f"it buckles at {100 * critical:.3g} % of the load, and no equilibrium was found beyond: {reason}"
         facts = {**facts, "critical_load": critical}
     slides = reason.startswith(SLIDES)
-    loose = loose_motion(problem) if left is None or slides else None
+    loose = static_stability.loose_motion(problem) if left is None or slides else None
     if slides:  # a body on a stabilising spring gets its reason from free_body_stabilization.py
         reason += ", and nothing else holds it" if loose is not None else HELD
     return NotConverged(reason, tuple(history), facts, left, loose)
@@ -358,7 +352,9 @@ def _solve_safely(
 
 def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
     """Return a text with a likely cause why the load cannot be raised: a limit point or a bifurcation, or ""."""
-    known = current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
+    known = (
+        static_stability.current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
+    )
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
     soft, negative = known
@@ -376,7 +372,7 @@ def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats
 
 def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: LinearSystems) -> Equilibrium:
     """Return the first equilibrium under full load along the equilibrium path from rest. Raises NotConverged."""
-    newton = direct_newton(problem, history, "path")
+    newton = static_stability.direct_newton(problem, history, "path")
     newton.systems = systems
     follower = PathFollower(newton)
     x = follower.to_full_load()
@@ -465,7 +461,7 @@ def _condition_and_rounding(newton: Newton, x: Floats) -> tuple[float, float] | 
         return None
     lost = found * float(np.finfo(np.float64).eps)
     if not lost <= DOUBTED:
-        lost = min(lost, rounding_error(newton, x, last))
+        lost = min(lost, static_stability.rounding_error(newton, x, last))
     if not lost <= HOPELESS:
         reason = (
             f"the stiffness matrix is nearly singular (condition number {found:.0e}): rounding errors may "
