@@ -42,7 +42,8 @@ def nodes(model: ModelResult) -> tuple[np.ndarray, np.ndarray]:
     for layer in np.unique(X[:, 2]):
         own = np.flatnonzero(np.abs(X[:, 2] - layer) < 1e-9)
         places = [np.flatnonzero(np.linalg.norm(X[lower, :2] - x, axis=1) < 1e-9)[0] for x in X[own, :2]]
-        assert u[own] == pytest.approx(u[lower][places], rel=0, abs=1e-9 * np.abs(u).max())
+        # a time step is solved to 1e-8 of its forces, and what is left need not be the same through the thickness
+        assert u[own] == pytest.approx(u[lower][places], rel=0, abs=1e-8 * np.abs(u).max())
     return X[lower, :2], u[lower, :2]
 
 
