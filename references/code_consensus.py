@@ -23,9 +23,9 @@ else:
 class Consensus(GivenValues):
     """Values on which several codes agree, with the band that contains them: one, or one for each state.
 
-    The metric `value_error` with `relative_to = uncertainty` shows whether a model's number is inside the band. It is
-    the distance of the number from the value, divided by the distance of the end of the band on the same side; 1 or
-    less is inside.
+    The metric `value_error` with `relative_to = uncertainty` shows whether a model's number is inside the band. It
+    divides the distance between number and value by the distance between value and the end of the band on that side.
+    A number inside the band has a `value_error` of 1 or less.
 
     The band is `spread` on both sides of the value, an amount in its unit or a fraction of it, or reaches from `low` to
     `high` if it is not symmetric. It describes only how far programs that solve the same equations differ: codes may
@@ -34,16 +34,16 @@ class Consensus(GivenValues):
     Source: the publication that collected the codes' results, given by `source` in the scene.
     """
 
-    values: Annotated[Any, "amounts", "agreed values with unit: one, or a list with one for each state"]
+    values: Annotated[Any, "amounts", "one agreed value with unit, or a list with one value for each state"]
     codes: Annotated[int, "1 in [2, 100000]", "number of codes that agreed"]
     source_: Annotated[str, "publication that collected the results of the codes"]
     spread: Annotated[
         Any | None,
         "amounts in [0, inf)",
-        "largest distance of codes from the value, an amount or a fraction: one, or a list",
+        "largest distance of codes from the value, an amount or a fraction; one for all values, or a list",
     ] = None
-    low: Annotated[Any | None, "amounts", "smallest value of any code: one, or a list"] = None
-    high: Annotated[Any | None, "amounts", "largest value of any code: one, or a list"] = None
+    low: Annotated[Any | None, "amounts", "smallest value of any code; one, or a list with one for each state"] = None
+    high: Annotated[Any | None, "amounts", "largest value of any code; one, or a list with one for each state"] = None
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     lists: ClassVar[tuple[str, ...]] = ("spread", "low", "high")

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 class Mandel(Reference):
     """A saturated porous slab in plane strain between two rigid frictionless plates, with open sides.
 
-    The fluid at the sides leaves first and they soften, so that the middle carries more: under a force its pressure
-    first rises above its initial value, by 10 % for a skeleton of `poisson = 0.2`, and then falls, which no theory of
-    diffusion alone predicts (the Mandel-Cryer effect). Prescribing the plate displacement that this force causes gives
-    the same result. It is a sum over modes for any amplitude of force or travel; in small strain, with incompressible
-    fluid and solid. It applies to a rectangle as `plane_strain(...)`, or a box held across one direction, of one
-    `biphasic(...)` material; one side held as a plane of symmetry and the other `drained`; one plate held along its
-    normal, the other displaced along it or kept `rigid_plate(...)` under a `traction`; and a `quasistatic` analysis.
-    It can be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
+    Fluid leaves at the sides first. The sides soften, and the middle carries more of the force. The pressure in the
+    middle therefore first rises above its initial value, by 10 % for a skeleton of `poisson = 0.2`, and then falls. No
+    theory of diffusion alone predicts this (the Mandel-Cryer effect). The solution is a sum over modes, for small
+    strain, incompressible fluid and solid, and any amplitude of the force or of the plate displacement. The body is a
+    rectangle as `plane_strain(...)`, or a box held across one direction, of one `biphasic(...)` material. One side is
+    held as a plane of symmetry and the other is `drained`. One plate is held along its normal; the other is displaced
+    along it, or kept `rigid_plate(...)` under a `traction`. The analysis is `quasistatic`. The metrics
+    `displacement`, `force`, `pore_pressure` and `outflow` can be compared with the theory.
     Source: Mandel 1953, Geotechnique 3:287; Abousleiman, Cheng, Cui, Detournay and Roegiers 1996, Geotechnique 46:187.
     """
 

@@ -71,9 +71,11 @@ class Values(GivenValues):
     Source: the publication or the authors of the measurement, given by `source` in the scene.
     """
 
-    values: Annotated[Any, "amounts", "values with unit: one, or a list with one for each state"]
+    values: Annotated[Any, "amounts", "one value with unit, or a list with one value for each state"]
     uncertainty: Annotated[
-        Any, "amounts in [0, inf)", "uncertainty of the values, an amount or a fraction: one, or a list"
+        Any,
+        "amounts in [0, inf)",
+        "uncertainty of the values, an amount or a fraction; one for all values, or a list with one for each",
     ]
     source_: Annotated[str, "publication, or authors of the measurement"]
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None

@@ -154,7 +154,10 @@ class SurfaceSearch:
         return np.asarray(distances * (1 + SLACK) + SLACK * scale)
 
     def _query_batches(self, queries: Array, bound: Array) -> Iterator[slice]:
-        """Yield slices of the queries, each of at least one query and about PAIRS candidate triangles in total."""
+        """Yield slices of the points `queries` (n, 3), m, each with about PAIRS candidate triangles in total.
+
+        Candidates of a point are the triangles within its distance `bound` (n,), m. A slice has at least one point.
+        """
         counts = sum(
             np.asarray(tree.query_ball_point(queries, bound + radius, return_length=True))
             for tree, _, radius in self._size_groups

@@ -54,7 +54,9 @@ class SupportResult(JsonRecord):
     reason: str | None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries: the reaction, and the fractions `held` and `beyond` if they are known."""
+        """Return the JSON entries: the reaction, and the fractions of the selection that the mesh holds (`held`,
+        `beyond`).
+        """
         shares = {} if self.held is None else {"held": self.held} | ({"beyond": self.beyond} if self.beyond else {})
         carried = {"force": None, "moment": None, "reason": self.reason}
         return {**shares, **(carried if self.reaction is None else self.reaction.entries())}

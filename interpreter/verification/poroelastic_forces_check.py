@@ -72,10 +72,10 @@ def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
 
 
 def nodes_with_pressure(case: Case, mesh: DeformedMesh) -> Any:
-    """Return a mask of the nodes with a prescribed pressure (n,): nodes of facets that a support selects.
+    """Return a mask (n,) of the nodes with a prescribed pressure, which are those of the facets that a support selects.
 
-    A facet counts as selected if all its corners are, either at their positions or moved slightly inward. Corners moved
-    inward satisfy a selection without its border, but not one of a curved side.
+    A facet is selected if all its corners satisfy the condition of the support, at their positions or moved slightly
+    inward. Moving them inward helps if the condition excludes its border; it does not help on a curved side.
     """
     points, facets = mesh.points, mesh.mesh.facets
     found = np.zeros(len(points), dtype=np.bool_)

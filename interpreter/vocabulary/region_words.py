@@ -80,5 +80,8 @@ class BodyGroup(Region):
 
 @cache
 def _group_condition(name: str) -> Condition:
-    """Return the condition of a group: one object for each name, because selections are cached by this object."""
+    """Return the condition that selects the mesh group `name`.
+
+    For each name it is one object, because selections are cached by this object.
+    """
     return Condition.group(name)

@@ -96,7 +96,7 @@ class DeformableFriction(DynamicPatternEnergy):
 
     @cached_property
     def _cached_coupling(self) -> dict[str, Any]:
-        """Cache of the contact in the last state."""
+        """Cache with the last state (key `x`) and the tangential coupling computed for it (key `hold`)."""
         return {}
 
     @property

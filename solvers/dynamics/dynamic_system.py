@@ -97,7 +97,10 @@ class DynamicSystem:
 
     @property
     def _rotation_reference_time(self) -> float | None:
-        """Reference time of rotation unknowns, s, or None if rotations simply add, as about a fixed axis."""
+        """Time, s, since which the rotation unknowns count rotations.
+
+        None if rotations simply add, as about a fixed axis.
+        """
         return None if self.problem.turning is None else self.problem.turning.since
 
     @cached_property

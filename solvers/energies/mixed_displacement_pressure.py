@@ -347,7 +347,7 @@ class DisplacementEnergy(Energy):
         self.energy.add_gradient(x[: self.dofs], g[: self.dofs], scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent, N/m."""
+        """Add the tangent of the displacements, N/m, to the matrix values `data`, as `Energy.add_hessian` does."""
         self.energy.add_hessian(x[: self.dofs], data, slots, scale, projected)
 
     def rounding(self, x: Floats) -> float:

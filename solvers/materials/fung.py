@@ -35,9 +35,9 @@ class Fung(IsochoricInvariantMaterial):
         return 0.5 * self.mu / self.b * expm1(self.b * i)
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
-        """Return the first derivatives of the energy, Pa."""
+        """Return dW/di and dW/dk, Pa; None stands for zero."""
         return 0.5 * self.mu * exp(self.b * i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
-        """Return the second derivatives of the energy, Pa."""
+        """Return d2W/di2, d2W/di dk and d2W/dk2, Pa; None stands for zero."""
         return 0.5 * self.mu * self.b * exp(self.b * i), None, None

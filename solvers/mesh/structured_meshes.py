@@ -39,9 +39,10 @@ class PlaneMesh:
 
 
 def mesh_rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """Return the mesh of a rectangle centred on the origin, m, with grid lines on the cuts of `first` and `second`.
+    """Return the mesh of a rectangle of width times height, m, centred on the origin, of cells of about `size`, m.
 
-    Even numbers of cells keep the mirror symmetries when cells are split.
+    Grid lines lie on the `cuts` of both coordinates. The numbers of cells are even, so that a mesh of split cells is as
+    symmetric as the rectangle.
     """
     nx, ny = count_rectangle_cells(width, height, size)
     x = _even_grid_lines(-width / 2, width / 2, nx, cuts_along(cuts, "first"))

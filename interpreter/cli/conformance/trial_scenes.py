@@ -202,7 +202,10 @@ def _load_breaches(trial: Trial) -> Iterator[Breach]:
         return
     push = scene.declared["push"].thing
     if push.strength not in {f.attribute for f in trial.word.fields}:
-        yield Breach(f"its `strength` is {push.strength}, which is not a field", "name the field with its magnitude")
+        yield Breach(
+            f"`strength` of the load is {push.strength}, which is not a field of `{trial.word.name}`",
+            "name the field with its magnitude",
+        )
         return
     if not isinstance(push.action, Model.loads):
         yield Breach(f"it acts as {type(push.action).__name__}", "most models refuse it", untried=True)

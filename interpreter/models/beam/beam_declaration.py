@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 OF_SECTIONS = "finite", "sections"  # strain measure, and where stress is known
+ACCEPTED_LOADS = (  # help of E501
+    "use gravity, tendons, tractions and torques on an end face, or forces and lines of force along the beam"
+)
 MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, largest winding of a tendon along a segment
 
 
@@ -104,7 +107,9 @@ class Beam6Dof(Model):
         """Return errors for loads that a beam cannot represent."""
         found = []
         for load in case.loads:
-            reason = _unsupported_load(load, case) or self._missing_node_reason(load, case)
+            reason, help = _unsupported_load(load, case), ACCEPTED_LOADS
+            if not reason:
+                reason, help = self._missing_node_reason(load, case), "write a larger `segments` in the model"
             if reason and isinstance(load.thing.action, self.loads):
                 found.append(
                     diagnostic(
@@ -112,8 +117,7 @@ class Beam6Dof(Model):
                         load.at(_position_field_name(load.thing.action, case)),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "use gravity, tendons, tractions and torques on an end face, or forces and "
-                        "lines of force along the beam",
+                        help,
                     )
                 )
         return found
@@ -135,7 +139,7 @@ class Beam6Dof(Model):
             return ""
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
-        return "" if near else f"{what} at a point too far from a node: use more segments"
+        return "" if near else f"{what} at a point too far from a node"
 
     def _tendon_winding_message(self, case: Case, action: TendonLoad) -> str:
         """Return a message if a tendon winds by more than 90 degrees within a segment; else an empty text."""
@@ -144,7 +148,7 @@ class Beam6Dof(Model):
         turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
         if turn <= MOST_WOUND:
             return ""
-        return f"winds by {math.degrees(turn):.3g} deg per segment, more than 90 deg: use more segments"
+        return f"winds by {math.degrees(turn):.3g} deg per segment, more than 90 deg"
 
     def _unsupported_support_errors(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors for supports that a beam cannot represent."""
@@ -170,6 +174,9 @@ class Beam6Dof(Model):
                 if support.thing.turns and _rotates_about_free_axis(case, support)
                 else ""
             )
+            help = "constrain whole cross-sections at nodes of the axis; more `segments` give more nodes"
+            if reason.startswith(("constrains only", "rotates")):
+                help = "constrain all three directions: leave out `components`"
             if reason:
                 found.append(
                     diagnostic(
@@ -177,7 +184,7 @@ class Beam6Dof(Model):
                         support.at("where"),
                         f"`{declared.name}` cannot represent the support `{support.name}`",
                         reason,
-                        "constrain whole cross-sections: write a condition that is true at a node of the axis",
+                        help,
                     )
                 )
         return found

@@ -209,10 +209,13 @@ def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
 
 
 def choose_quadrature(mesh: Mesh, functions: FunctionsOfConstants, own: Rule, mass: bool) -> CellQuadrature:
-    """Return the quadrature of functions over the cells of a mesh, and its errors. The result is cached in the mesh.
+    """Return quadrature points with values of constants that vary within the cells of a mesh.
 
-    `own` is the quadrature of the element; cells keep it where it is accurate enough. Errors of evaluating a
-    constant are raised.
+    `own` is the quadrature of the element, kept in cells where it is accurate enough. `mass` states whether the
+    integrand
+    is that of the mass matrix instead of the stiffness. The result contains the integration errors, and is cached in
+    the mesh. Raises the errors of
+    evaluating a constant.
     """
     key = key_of(functions, own, mass)
     if key not in mesh.selections:

@@ -58,7 +58,10 @@ class BeamVerifier(Verifier):
         return balance_of(found), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions of supports by rod_forces.py as well. Raises NoIndependentFormula."""
+        """Return the reaction of every support by the formulas of rod_forces.py, and their rounding error, N.
+
+        Raises NoIndependentFormula.
+        """
         return reactions_of(found)
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:

@@ -258,7 +258,7 @@ class FrameVerifier(BeamVerifier):
         }  # fmt: skip
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the balance by solvers/independent_forces/rod_forces.py, summed at joints.
+        """Return the force balance, summed at joints by the formulas of rod_forces.py, and the residual of the solver.
 
         Raises NoIndependentFormula.
         """

@@ -71,7 +71,7 @@ class IndependentForces(Protocol):
     small: bool
 
     def mass_forces(self, constant: Vector3, gradient: Matrix3 | None = None) -> tuple[Floats, float]:
-        """Return the forces of a force per mass `constant + gradient x`, m/s^2."""
+        """Return the forces of a force per mass `constant + gradient x`, m/s^2, and their rounding error, N."""
 
     def area_forces(self, where: Any, push: Push, linear: bool = False, deformed: bool = False) -> tuple[Floats, float]:
         """Return the forces of a traction on the selected surface; `push` maps area vectors, m^2, to forces, N.
@@ -80,13 +80,13 @@ class IndependentForces(Protocol):
         """
 
     def surface_moment(self, where: Any, moment: Vector3) -> tuple[Floats, float]:
-        """Return the forces of a moment, N m, on the selected part of the surface."""
+        """Return the forces of a moment, N m, on the selected part of the surface, and their rounding error, N."""
 
     def point_force(self, at: Vector3, force: Vector3) -> tuple[Floats, float]:
-        """Return the forces of a force, N, at a material point, m."""
+        """Return the forces of a force, N, at a material point, m, and their rounding error, N."""
 
     def line_force(self, begin: Vector3, end: Vector3, force: Vector3) -> tuple[Floats, float]:
-        """Return the forces of a force per length, N/m, along a straight line, m."""
+        """Return the forces of a force per length, N/m, along a straight line, m, and their rounding error, N."""
 
 
 class ExactBody(Protocol):

@@ -72,7 +72,7 @@ class Notes:
     linked: bool = True
 
     def _footnote_mark(self, sign: str, note: str, said: str) -> str:
-        """Return a mark as HTML that links to its footnote."""
+        """Return the mark `sign` as HTML that links to the footnote `note`; screen readers and tooltips tell `said`."""
         if not self.linked:
             return tag("abbr", text(sign), title=said)
         return tag("a", text(sign), href=f"#{note}", aria_label=said)
