@@ -100,10 +100,21 @@ class Assembly:
 
     def gradient(self, x: Floats, load: float) -> Floats:
         """Return the residual force on every degree of freedom (dofs,), N; at supports these are reactions."""
-        g: Floats = np.zeros(self.dofs, dtype=self.kind)
-        for energy, scale in self._energies_with_factors(load):
-            energy.add_gradient(x, g, scale)
-        return g
+        internal, external = self.forces(x, load)
+        return internal + external
+
+    def forces(self, x: Floats, load: float) -> tuple[Floats, Floats]:
+        """Return the internal forces and the negative external forces (dofs,), N; their sum is the gradient.
+
+        Contacts with rigid bodies count as external.
+        """
+        internal: Floats = np.zeros(self.dofs, dtype=self.kind)
+        external: Floats = np.zeros(self.dofs, dtype=self.kind)
+        for energy in self.internal:
+            energy.add_gradient(x, internal)
+        for energy, scale in self.loads_with_factors(load):
+            energy.add_gradient(x, external, scale)
+        return internal, external
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error of the gradient at x, N."""

@@ -48,9 +48,8 @@ def relative_residual(assembly: Assembly, x: Floats, fixed: Ints, without: Float
     `without` (dofs,) are forces to subtract first, such as those of another state. The result is not finite outside the
     domain of the law.
     """
-    g, external = assembly.gradient(x, 1.0), np.zeros(assembly.dofs)
-    for energy, scale in assembly.loads_with_factors(1.0):
-        energy.add_gradient(x, external, scale)
+    internal, external = assembly.forces(x, 1.0)
+    g = internal + external
     largest = max(float(np.linalg.norm(external)), float(np.linalg.norm(g[fixed])))
     left = float(np.linalg.norm((g if without is None else g - without)[assembly.free]))
     return left / largest if largest > 0.0 else left

@@ -56,10 +56,8 @@ class Newton:
 
         The residual is the norm of the gradient on free degrees of freedom.
         """
-        g = self.assembly.gradient(x, load)
-        external = np.zeros_like(g)
-        for energy, scale in self.assembly.loads_with_factors(load):
-            energy.add_gradient(x, external, scale)
+        internal, external = self.assembly.forces(x, load)
+        g = internal + external
         weighted = g * self.problem.weights
         forces = (external * self.problem.weights, weighted[self.problem.fixed], weighted[self.assembly.free])
         load_size, reactions, size = (float(np.linalg.norm(f)) for f in forces)
