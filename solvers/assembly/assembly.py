@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Any
@@ -17,7 +17,8 @@ from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Float
 class Assembly:
     """Sum of energies over shared degrees of freedom: `internal` energies, and `loads` times a load fraction.
 
-    Its value, gradient and tangent are computed in the floating-point type `kind`.
+    Energies have names: those of a mapping, or a word and their numbers in a sequence. Value, gradient and tangent are
+    computed in the floating-point type `kind`.
     """
 
     kind: Any = np.float64
@@ -26,8 +27,8 @@ class Assembly:
         self,
         dofs: int,
         fixed: Ints,
-        internal: Sequence[Energy],
-        loads: Sequence[Energy],
+        internal: Mapping[str, Energy] | Sequence[Energy],
+        loads: Mapping[str, Energy] | Sequence[Energy],
         points: Floats | None = None,
     ) -> None:
         """Compute the sparsity pattern of all energies over `dofs` degrees of freedom, of which some are `fixed`.
@@ -35,7 +36,10 @@ class Assembly:
         `points` (dofs / 3, 3), m, are given only if the unknowns are three displacements of each point.
         """
         self.dofs = dofs
-        self.internal, self.loads = tuple(internal), tuple(loads)
+        inner = internal if isinstance(internal, Mapping) else numbered("cells", internal)
+        outer = loads if isinstance(loads, Mapping) else numbered("load", loads)
+        self.names = tuple(inner), tuple(outer)
+        self.internal, self.loads = tuple(inner.values()), tuple(outer.values())
         self.free = free_dofs(dofs, fixed)
         self.points = points  # (dofs / 3, 3), m, if unknowns are three displacements of each point
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
@@ -55,6 +59,23 @@ class Assembly:
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
+
+    def internal_energies(self, name: str) -> tuple[Energy, ...]:
+        """Return the internal energies that are `numbered` with a common name, such as `cells`."""
+        return tuple(e for n, e in zip(self.names[0], self.internal, strict=True) if n.rpartition(" ")[0] == name)
+
+    def with_energies(self, others: Mapping[str, Energy]) -> Assembly:
+        """Return an assembly with other energies of the same names.
+
+        Stencils of loads may differ, but must lie within the sparsity pattern. Raises KeyError for unknown names.
+        """
+        if unknown := others.keys() - {name for names in self.names for name in names}:
+            raise KeyError(f"there are no energies with the names {sorted(unknown)}")
+        internal, loads = (
+            [others.get(name, e) for name, e in zip(names, energies, strict=True)]
+            for names, energies in zip(self.names, (self.internal, self.loads), strict=True)
+        )
+        return self.with_internal(internal).joined(loads)
 
     def joined(self, loads: Sequence[Energy]) -> Assembly:
         """Return a copy with other loads, which may act on other degrees of freedom within the sparsity pattern."""
@@ -142,3 +163,8 @@ class Assembly:
         """
         each = (e for e in (*self.internal, *self.loads) if isinstance(e, DynamicPatternEnergy))
         return min((e.limit(x, d) for e in each), default=1.0)
+
+
+def numbered(name: str, energies: Sequence[Energy]) -> dict[str, Energy]:
+    """Return energies by a common name and their number, such as `cells 0`, which no name of a scene can be."""
+    return {f"{name} {number}": energy for number, energy in enumerate(energies)}

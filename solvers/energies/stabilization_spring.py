@@ -11,6 +11,8 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks
 
+STABILIZATION = "stabilization"  # name of the spring among the numbered energies of an assembly
+
 
 @dataclass(frozen=True)
 class StabilizationSpring(Energy):

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats
-from softmark.solvers.energies.stabilization_spring import StabilizationSpring
+from softmark.solvers.assembly.assembly import Assembly, numbered
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats
+from softmark.solvers.energies.stabilization_spring import STABILIZATION, StabilizationSpring
 from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
 
 REACH = 0.1  # of its size: largest motion of a free body in one iteration
@@ -33,11 +33,11 @@ CLOSER = 0.3  # of the tolerance: the remainder is for the spring force
 def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
     """Return the equilibrium of a body held only by contact, without any force of the stabilising spring.
 
-    The spring is the last energy of the problem, and `find` solves the problem with a given spring. In the facts of the
-    result, `grounded` holds the spring force relative to the forces on the body, and the number of reference positions.
-    Raises NotConverged if no equilibrium is found, or if contact never balances the loads.
+    The spring is the energy `stabilization` of the problem, and `find` solves the problem with a given spring. In the
+    facts of the result, `grounded` holds the spring force relative to the forces on the body, and the number of
+    reference positions. Raises NotConverged if no equilibrium is found, or if contact never balances the loads.
     """
-    known: Any = problem.assembly.internal[-1]
+    known: Any = problem.assembly.internal_energies(STABILIZATION)[0]
     ground: StabilizationSpring = replace(known, place=problem.rest if problem.start is None else problem.start)
     weakest, history, before, stuck = ground.spring, tuple[Iteration, ...](), 1.0, 0
     least = NOTHING * weakest * problem.extent
@@ -87,17 +87,9 @@ def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: F
 
 def _with_stabilization_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
     """Return the problem with another stabilising spring."""
-    twin = problem.twin and _with_internal_energies(problem.twin, [*problem.twin.internal[:-1], ground])
-    return replace(
-        problem,
-        assembly=_with_internal_energies(problem.assembly, [*problem.assembly.internal[:-1], ground]),
-        twin=twin,
-    )
-
-
-def _with_internal_energies(assembly: Assembly, internal: list[Energy]) -> Assembly:
-    """Return the assembly with other internal energies."""
-    return assembly.acting(internal, assembly.loads)
+    spring = numbered(STABILIZATION, [ground])
+    twin = problem.twin and problem.twin.with_energies(spring)
+    return replace(problem, assembly=problem.assembly.with_energies(spring), twin=twin)
 
 
 def _with_bodies_in_final_positions(assembly: Assembly) -> Assembly:

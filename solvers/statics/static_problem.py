@@ -11,7 +11,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints, Space
-from softmark.solvers.energies.stabilization_spring import StabilizationSpring
+from softmark.solvers.energies.stabilization_spring import STABILIZATION
 from softmark.solvers.linear import factorisations as linear
 from softmark.solvers.linear.linear_solver import LinearSolverOptions
 
@@ -195,7 +195,7 @@ class Statics:
     @property
     def has_stabilizing_spring(self) -> bool:
         """True if a stabilising spring supports a body that only contact can hold."""
-        return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], StabilizationSpring)
+        return bool(self.assembly.internal_energies(STABILIZATION))
 
     @property
     def has_friction(self) -> bool:

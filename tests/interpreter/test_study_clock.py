@@ -144,7 +144,7 @@ def test_disturbed_runs_are_repeated_so_often_and_no_more(monkeypatch: pytest.Mo
         made.append(job.key)
         return _record(job.key, compiled=1)
 
-    monkeypatch.setattr(timing_rounds, "one_run", disturbed)
+    monkeypatch.setattr(timing_rounds, "run_timing_process", disturbed)
     costs = time_jobs([job("a")], repeats=3, extra=2, phases=False)
     assert made == ["a"] * 5
     assert costs["a"] is not None
@@ -160,7 +160,7 @@ def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch
         made.append(job.key)
         return _record(job.key, elapsed_s=61.0 if job.key == "a" else 1.0)
 
-    monkeypatch.setattr(timing_rounds, "one_run", slow)
+    monkeypatch.setattr(timing_rounds, "run_timing_process", slow)
     costs = time_jobs([job("a"), job("b")], repeats=5, phases=False)
     assert made == ["a", "b"] * 3 + ["b"] * 2
     assert costs["a"] is not None
@@ -402,7 +402,7 @@ def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
             "pid": 0,
         }
 
-    monkeypatch.setattr(timing_rounds, "one_run", run)
+    monkeypatch.setattr(timing_rounds, "run_timing_process", run)
     monkeypatch.setattr(timing_rounds.timing_quality, "disturbances", lambda record, pace: [])
     first = threading.Thread(
         target=lambda: time_jobs([job("a"), job("b"), job("c"), job("d")], repeats=1, phases=False)

@@ -40,13 +40,14 @@ from softmark.interpreter.models.shared.support_selection import support_selecti
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly, numbered
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
 from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.element_corotational import ElementCorotational
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
+from softmark.solvers.energies.stabilization_spring import STABILIZATION
 from softmark.solvers.linear import factorisations, linear_solver
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar_decomposition import least_stretch, rotations
@@ -114,8 +115,8 @@ class PreparedSolid(MeshBasedModel):
 
     def _warm_cells(self) -> None:
         """Compile the kernels of the energies on one cell."""
-        twin = self.problem.twin.internal if self.problem.twin else ()
-        for energy in (*self.solid, *twin[: len(twin) - self._interaction_energy_count]):
+        twin = self.problem.twin
+        for energy in (*self.solid, *(twin.internal_energies("cells") if twin else ())):
             one = _one_cell(energy)
             nodes = np.unique(one.stencils)
             rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
@@ -162,13 +163,8 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def solid(self) -> Sequence[Energy]:
-        """Energies of the cells, one for each material; internal energies of interactions follow them."""
-        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._interaction_energy_count]
-
-    @property
-    def _interaction_energy_count(self) -> int:
-        """Number of internal energies that do not belong to cells, such as those of foundations."""
-        return len(self.beds) + (self.loose is not None)
+        """Energies of the cells, one for each material."""
+        return self.problem.assembly.internal_energies("cells")
 
     def _find_equilibrium(self, problem: Statics) -> Equilibrium:
         """Return the equilibrium from rest, or from a perturbed start. Raises NotConverged."""
@@ -349,9 +345,10 @@ def build_static(
     beds = interaction_setup.create_surface_interactions(case, mesh)
     contacts = interaction_setup.create_rigid_contacts(case, mesh)
     loose = interaction_setup.find_unsupported_body(case, mesh, parts, workshop.measured, dofs, beds)
-    beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
+    beyond: dict[str, Energy] = beds if loose is None else {**beds, **numbered(STABILIZATION, [loose.spring])}
     loads = unknowns.loads([*merge_loads(applied, mesh.points.size), *(energy for _, energy in tensions)])
-    assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)
+    inner, outer = {**numbered("cells", internal), **beyond}, {**numbered("load", loads), **contacts}
+    assembly = Assembly(dofs, fixed, inner, outer, points)
     element_formulations.must_determine_pressure(declared, case, each, assembly)
     problem = Statics(
         assembly,
@@ -361,7 +358,7 @@ def build_static(
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        None if twins is None else assembly.with_internal([*twins, *beyond]),
+        None if twins is None else assembly.with_internal([*twins, *beyond.values()]),
         unknowns.extend_function(inversion_test(model, elastic)),
         unknowns.extend_function(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,

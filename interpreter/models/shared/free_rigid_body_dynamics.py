@@ -112,8 +112,8 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
     made = [_create_free_body(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
     chart, names, own = FreeBodyChart(made), tuple(bodies), [t.rigid.name for t in case.contacts]
-    plain = problem.assembly.loads[: len(problem.assembly.loads) - len(case.contacts)]
-    contacts: list[Any] = list(problem.assembly.loads[len(plain) :])
+    plain = [load for load in problem.assembly.loads if not load.not_proportional]
+    contacts: list[Any] = [load for load in problem.assembly.loads if load.not_proportional]
     contacts = [
         make_contact_with_free_body(c, chart, names.index(n)) if n in bodies else c
         for c, n in zip(contacts, own, strict=True)

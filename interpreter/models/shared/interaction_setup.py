@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.self_contact_words import Tied
+from softmark.solvers.assembly.assembly import numbered
+from softmark.solvers.energies.stabilization_spring import STABILIZATION
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -177,11 +179,11 @@ def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidConta
     """Return the assembly of a solid with the given contacts but without the stabilization spring."""
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
-        known = _replace_contacts(known, contacts)
+        known = known.with_energies(contacts)
     return (
         known
         if solid.loose is None
-        else known.acting([*known.internal[:-1], solid.loose.spring.without_stiffness], known.loads)
+        else known.with_energies(numbered(STABILIZATION, [solid.loose.spring.without_stiffness]))
     )
 
 
@@ -193,16 +195,10 @@ def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
     known: Any = solid
     if known.loose is None:
         return solid
-    assembly = known.problem.assembly
-    internal = [*assembly.internal[:-1], replace(known.loose.spring, place=x.copy())]
-    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly.acting(internal, assembly.loads)))
+    spring = replace(known.loose.spring, place=x.copy())
+    assembly = known.problem.assembly.with_energies(numbered(STABILIZATION, [spring]))
+    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly))
     return found
-
-
-def _replace_contacts(assembly: Assembly, contacts: Mapping[str, RigidContact]) -> Assembly:
-    """Return an assembly with the given contacts in place of its own contacts, which are the last of its loads."""
-    plain = assembly.loads[: len(assembly.loads) - len(contacts)]
-    return assembly.joined([*plain, *contacts.values()])
 
 
 def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
@@ -222,14 +218,9 @@ def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
         known = replace(known, rubbed=before.rubbed)
         beds, contacts = (friction_history.resume_contacts(own, before.rubbed) for own in (beds, contacts))
 
-    def going_on(assembly: Assembly) -> Assembly:
-        """Return an assembly with the foundations and contacts of the previous state."""
-        internal = list(assembly.internal)
-        internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
-        return _replace_contacts(assembly.with_internal(internal), contacts)
-
-    exact = None if known.problem.exact is None else going_on(known.problem.exact)
-    problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
+    others, exact = {**beds, **contacts}, known.problem.exact
+    exact = None if exact is None else exact.with_energies(others)
+    problem = replace(known.problem, assembly=known.problem.assembly.with_energies(others), exact=exact)
     found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts)
     return found
 
