@@ -84,7 +84,7 @@ class PlaneStress:
         ten.
         """
         known = self._last_opened.get("F")
-        if known is not None and np.array_equal(known[0], F):
+        if known is not None and known[0].dtype == F.dtype and np.array_equal(known[0], F):
             return known[1].copy()
         found = self._open(F)
         self._last_opened["F"] = F.copy(), found.copy()
@@ -94,6 +94,10 @@ class PlaneStress:
     def _last_opened(self) -> dict[str, tuple[Array, Array]]:
         """Cache of the last F and its result: energy, stress and tangent of a state need the same stretches."""
         return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields without the cache, for a copy in another process."""
+        return {name: value for name, value in self.__dict__.items() if name != "_last_opened"}
 
     def _open(self, F: Array) -> Array:
         """Compute the result of `opened`."""
@@ -185,12 +189,20 @@ class PlaneStress:
         return project(self.dPdF(F))
 
 
-def _planar_log_stretches(F: Array) -> tuple[Array, Array]:
-    """Return the logarithms of both principal stretches in the plane (m,), of F (m, 3, 3)."""
+def _planar_log_stretches(F: Array) -> tuple[Array, Array] | None:
+    """Return the logarithms of both principal stretches in the plane (m,), of F (m, 3, 3).
+
+    Return None if a point is inverted, where a stretch would be negative, or in single precision, where they are not
+    accurate enough.
+    """
     h = F[:, :2, :2] - np.eye(2, dtype=F.dtype)
+    change = h[:, 0, 0] + h[:, 1, 1] + h[:, 0, 0] * h[:, 1, 1] - h[:, 0, 1] * h[:, 1, 0]  # area ratio - 1
+    if F.dtype != np.float64 or not (change > -1.0).all():
+        return None
     E = h + h.swapaxes(1, 2) + h.swapaxes(1, 2) @ h  # F^T F - 1
     mean, half = 0.5 * (E[:, 0, 0] + E[:, 1, 1]), np.hypot(0.5 * (E[:, 0, 0] - E[:, 1, 1]), E[:, 0, 1])
-    return 0.5 * np.log1p(mean + half), 0.5 * np.log1p(mean - half)
+    largest = 0.5 * np.log1p(mean + half)
+    return largest, np.log1p(change) - largest
 
 
 def _principal_transverse_stress(solid: Any, planar: list[Array], s: Array) -> tuple[Array, Array]:

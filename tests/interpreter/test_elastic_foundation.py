@@ -248,3 +248,33 @@ def test_an_edge_that_a_condition_cuts_is_known() -> None:
     assert selected_edge_area(ring, below, 0.0) == pytest.approx(0.003 * length, rel=1e-7)
     around = 0.5 * (0.02**2 - 0.01**2) + 0.01 * 0.0037 + 0.02 * 0.0037
     assert selected_edge_area(ring, below, 0.003) == pytest.approx(2.0 * math.pi * around, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("law", "model"),
+    [
+        (
+            "viscoelastic(neo_hookean({E}, poisson = 0.3, {rho}), g = [0.3], tau = [1] s, of = whole)",
+            "hex8, strain = finite",
+        ),
+        (
+            "biphasic(linear_elastic({E}, poisson = 0.3, {rho}), permeability = 1e-12 m^4/(N*s))",
+            "hex20, strain = small",
+        ),
+    ],
+)
+def test_a_body_with_a_history_rests_on_a_foundation(law: str, model: str) -> None:
+    """The foundation carries the traction of 1 kPa on 40 mm by 30 mm, 1.2 N, in every kind of quasistatic analysis."""
+    text = f"""softmark 1
+    material foam = {law.format(E="young = 60 kPa", rho="density = 1000 kg/m^3")}
+    analysis time = quasistatic(duration = 1 s, step = 0.5 s, times = [1] s)
+    body block = solid(box(size = (40, 30, 20) mm), foam)
+    support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 10 kPa/mm)
+    load push = traction(block, where = z >= 20 mm, vector = (0, 0, -1) kPa)
+    probe low = point(block, at = (20, 15, 0) mm)
+    metric carried = force(bed, along = +z)
+    model m = fem({model}, size = 10 mm)
+    """
+    found = softmark.loads(text).run().models["m"]
+    assert found.status == "converged", found.message
+    assert found.metrics["carried"].value == pytest.approx(1.2, rel=1e-6)  # the tolerance of a step is 1e-8

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from softmark.solvers.independent_forces.stress_by_differences import PlaneStressLaw
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, shear_and_volume_laws
+from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.plane_stress import PlaneStress, Plate
 
 E, NU = 1.0, 0.3  # unit scale, so that a wrong derivative shows
@@ -112,3 +113,28 @@ def test_nothing_is_taken_apart_and_a_plate_of_a_plate_is_one() -> None:
     assert (
         shear_and_volume_laws(gel, "finite") is shear_and_volume_laws(gel, "small") is mixed_for(gel, "small") is None
     )
+
+
+@pytest.mark.parametrize("stretches", [(-0.5, 1.0), (1.618, 0.00156), (5.0, 0.05), (1.0, 1.0)])
+@pytest.mark.parametrize("name", ["corotational", "stable_neo_hookean", "ogden"])
+def test_stress_is_the_gradient_of_the_energy_where_cells_are_inverted_or_flat(
+    name: str, stretches: tuple[float, float]
+) -> None:
+    """The thickness stretch of an inverted cell is not that of its mirror image: P = dpsi/dF, or there is no energy."""
+    solid = {
+        "corotational": Corotational(4e5, 6e5),
+        "stable_neo_hookean": MATERIALS["stable_neo_hookean"](1e6, 0.3, 1000.0).finite_law(),
+        "ogden": MATERIALS["ogden"](mu=(2e4,), alpha=(3.0,), poisson=0.45, density=1000.0).finite_law(),
+    }[name]
+    law, turn = PlaneStress(solid), np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    F = (turn @ np.diag((*stretches, 1.0)) @ turn)[None]
+    psi = law.psi(F)[0]
+    if stretches[0] > 0.0 and name != "corotational":  # whose linear law has no thickness left at (5, 0.05)
+        assert np.isfinite(psi)
+    if np.isfinite(psi):
+        step = 1e-6 * min(map(abs, stretches))
+        for i in range(2):
+            E = np.zeros((1, 3, 3))
+            E[0, i, 0] = step
+            slope = (law.psi(F + E)[0] - law.psi(F - E)[0]) / (2.0 * step)
+            assert law.P(F)[0, i, 0] == pytest.approx(slope, rel=1e-5, abs=1e-3 * abs(psi) + 1.0)

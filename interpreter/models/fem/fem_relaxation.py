@@ -237,7 +237,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     static, _ = build_static(model, declared, whole, workshop)
     loads, problem = [energy for _, energy in static.amplitude_scaled_energies], static.problem
     memories, old = _energies_with_history(model, static), problem.assembly
-    assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
+    internal = dict(zip(old.names[0], memories.energies, strict=True))
+    assembly = Assembly(old.dofs, problem.fixed, internal, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = support_of_each_dof(whole, static.mesh, workshop, problem.fixed)
     return PreparedViscoelastic(

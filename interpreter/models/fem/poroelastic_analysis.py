@@ -158,7 +158,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     which[places] = True
     memories = BodyHistory((PoreFluid.at_rest(own, which), *static.beds.values()))
     loads = static.unknowns.loads([energy for _, energy in static.amplitude_scaled_energies])
-    assembly = Assembly(old.dofs, fixed, memories.energies, loads, old.points)
+    internal = dict(zip(old.names[0], memories.energies, strict=True))
+    assembly = Assembly(old.dofs, fixed, internal, loads, old.points)
     linear = replace(element_formulations.saddle_point_solver(LinearSolverOptions(), assembly), halved=True)
     tolerance = min(problem.tolerance, TIGHT)
     owners = [*support_of_each_dof(whole, static.mesh, workshop, problem.fixed), *(held[b] for b in places.tolist())]
