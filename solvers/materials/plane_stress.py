@@ -7,7 +7,6 @@ result is a law of the in-plane motion, with the energy of the solid at that str
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
@@ -83,42 +82,34 @@ class PlaneStress:
         The stretch is NaN if there is none. It is found by Newton's method; each step changes it by at most a factor of
         ten.
         """
-        known = self._last_opened.get("F")
-        if known is not None and known[0].dtype == F.dtype and np.array_equal(known[0], F):
-            return known[1].copy()
-        found = self._open(F)
-        self._last_opened["F"] = F.copy(), found.copy()
-        return found
-
-    @cached_property
-    def _last_opened(self) -> dict[str, tuple[Array, Array]]:
-        """Cache of the last F and its result: energy, stress and tangent of a state need the same stretches."""
-        return {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the fields without the cache, for a copy in another process."""
-        return {name: value for name, value in self.__dict__.items() if name != "_last_opened"}
-
-    def _open(self, F: Array) -> Array:
-        """Compute the result of `opened`."""
         F = F.copy()
         F[:, 2, 2] = self._initial_thickness_stretch(F)
-        left = np.arange(len(F))
+        planar = np.full((2, len(F)), np.nan)
+        if hasattr(self.solid, "principal") and not isinstance(self.solid, TwoInvariantLaw):
+            planar = _planar_log_stretches(F)
+        known = np.isfinite(planar).all(axis=0)
         with np.errstate(all="ignore"):
-            planar = _planar_log_stretches(F) if hasattr(self.solid, "principal") else None
-            for _ in range(ITERATIONS):
-                solid, s = self._solid_at_points(left), F[left, 2, 2]
-                if planar is not None and not isinstance(solid, TwoInvariantLaw):
-                    stress, slope = _principal_transverse_stress(solid, [e[left] for e in planar], s)
-                else:
-                    stress, slope = self._transverse_stress_and_stiffness(solid, F[left])
-                step = -stress / slope
-                F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
-                left = left[~(np.abs(step) <= ROUNDING * s)]
-                if not len(left):
-                    return F
-        F[left[~self._is_transverse_stress_zero(self._solid_at_points(left), F[left])], 2, 2] = np.nan
+            self._find_thickness_stretches(F, np.flatnonzero(known), planar)
+            self._find_thickness_stretches(F, np.flatnonzero(~known), None)
         return F
+
+    def _find_thickness_stretches(self, F: Array, left: Array, planar: Array | None) -> None:
+        """Set the thickness stretch of the points `left` (k,) in F (m, 3, 3).
+
+        `planar` (2, m) are the logarithms of the principal stretches in the plane; without them full tensors are used.
+        """
+        for _ in range(ITERATIONS):
+            if not len(left):
+                return
+            solid, s = self._solid_at_points(left), F[left, 2, 2]
+            if planar is None:
+                stress, slope = self._transverse_stress_and_stiffness(solid, F[left])
+            else:
+                stress, slope = _principal_transverse_stress(solid, planar[:, left], s)
+            step = -stress / slope
+            F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
+            left = left[~(np.abs(step) <= ROUNDING * s) & ~np.isnan(step)]  # outside the domain of the law
+        F[left[~self._is_transverse_stress_zero(self._solid_at_points(left), F[left])], 2, 2] = np.nan
 
     @staticmethod
     def _transverse_stress_and_stiffness(solid: Any, F: Array) -> tuple[Array, Array]:
@@ -189,26 +180,25 @@ class PlaneStress:
         return project(self.dPdF(F))
 
 
-def _planar_log_stretches(F: Array) -> tuple[Array, Array] | None:
-    """Return the logarithms of both principal stretches in the plane (m,), of F (m, 3, 3).
+def _planar_log_stretches(F: Array) -> Array:
+    """Return the logarithms of both principal stretches in the plane (2, m), of F (m, 3, 3).
 
-    Return None if a point is inverted, where a stretch would be negative, or in single precision, where they are not
+    They are NaN at inverted points, where a stretch would be negative, and in single precision, where they are not
     accurate enough.
     """
     h = F[:, :2, :2] - np.eye(2, dtype=F.dtype)
     change = h[:, 0, 0] + h[:, 1, 1] + h[:, 0, 0] * h[:, 1, 1] - h[:, 0, 1] * h[:, 1, 0]  # area ratio - 1
-    if F.dtype != np.float64 or not (change > -1.0).all():
-        return None
+    change = np.where((change > -1.0) & (F.dtype == np.float64), change, np.nan)
     E = h + h.swapaxes(1, 2) + h.swapaxes(1, 2) @ h  # F^T F - 1
     mean, half = 0.5 * (E[:, 0, 0] + E[:, 1, 1]), np.hypot(0.5 * (E[:, 0, 0] - E[:, 1, 1]), E[:, 0, 1])
     largest = 0.5 * np.log1p(mean + half)
-    return largest, np.log1p(change) - largest
+    return np.stack([largest, np.log1p(change) - largest])
 
 
-def _principal_transverse_stress(solid: Any, planar: list[Array], s: Array) -> tuple[Array, Array]:
+def _principal_transverse_stress(solid: Any, planar: Array, s: Array) -> tuple[Array, Array]:
     """Return P33 = tau_3 / s and dP33/dF33 (m,), Pa, of an isotropic law at a thickness stretch s (m,).
 
-    `planar` are the logarithms of the other two principal stretches (m,).
+    `planar` (2, m) are the logarithms of the other two principal stretches.
     """
     _, tau, bent = solid.principal([*planar, np.log(s)])
     return tau[2] / s, (bent[2][2] - tau[2]) / (s * s)
