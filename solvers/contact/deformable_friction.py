@@ -314,7 +314,7 @@ def _weigh_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Ints,
     least = far[nearest_pair_of_each(of, far)][of]
     weights = looks**2 * np.maximum(1.0 - (far / least - 1.0) / BLEND, 0.0)
     nearest = nearest_pair_of_each(of, -weights)
-    weights[nearest] = np.maximum(weights[nearest], TINY)  # if all are seen edge-on, one has to carry the friction
+    weights[nearest] = np.maximum(weights[nearest], TINY)  # the main pair always counts
     chosen = np.flatnonzero((weights > EDGE_ON) | np.isin(np.arange(len(of)), nearest))
     of, weights = of[chosen], weights[chosen]
     return chosen, of, weights / np.bincount(of, weights)[of], nearest, far[nearest]

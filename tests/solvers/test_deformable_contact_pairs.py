@@ -127,12 +127,17 @@ def test_blocks_in_flight_that_rub_keep_their_momentum(name: str, elastic: Energ
     assert lost[1] < 0.8 * lost[0]
 
 
+def two_bars() -> Mesh:
+    """A mesh of two bars behind one another, each of length 1 and of 4 cells, with a gap of 0.001."""
+    h = 0.25
+    return DisjointShapes(Box((1.0, h, h)), Box((1.0, h, h), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", h)
+
+
 def bars(
     energy: Energies, law: Law, name: str, friction: float, speed: float = 0.02
 ) -> tuple[Any, Dynamics, IpcContact]:
     """Two of length, modulus and density 1, of which the first flies into the second; its nodes."""
-    h = 0.25
-    mesh = DisjointShapes(Box((1.0, h, h)), Box((1.0, h, h), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", h)
+    mesh = two_bars()
     P, n = mesh.points, mesh.points.size
     near = np.flatnonzero((np.abs(P[mesh.facets][:, :, 0] - 1.0005) < 0.01).all(axis=1))
     pressing = IpcContact(build_contact_surface(mesh, n, 2, near), 1e-4, 0.5, True)
@@ -194,7 +199,7 @@ def test_friction_changes_continuously_where_a_sample_passes_from_face_to_face(l
     first, problem, _ = bars(elastic, law("small", poisson=0.0), "trapezoidal", 0.5)
     sliding: Any = problem.meets[0]
     skin, slope = sliding.skin, 0.4
-    mesh = DisjointShapes(Box((1.0, 0.25, 0.25)), Box((1.0, 0.25, 0.25), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", 0.25)
+    mesh = two_bars()
     x = np.zeros((len(mesh.points), 3))
     x[first, 0] = 9.5e-4
     x[:, 0] += slope * (0.125 - np.abs(mesh.points[:, 1] - 0.125))
