@@ -1,4 +1,4 @@
-"""tests/README.md is true: all that it names is there, every table has a row, and its material is added and runs."""
+"""The contributor's pages are true: all that they name exists, each table has a row, and the material runs."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ from softmark.interpreter.validation.plugin_loader import TABLES
 from softmark.solvers.materials import MATERIALS
 
 ROOT = Path(__file__).parents[1]
-TEXT = (ROOT / "tests" / "README.md").read_text(encoding="utf-8")
-PROSE = re.sub(r"^```.*?^```$", "", TEXT, flags=re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / ".github" / name for name in ("CONTRIBUTING.md", "contact.md", "convergence.md")]
+TEXT = PAGES[0].read_text(encoding="utf-8")
+PROSE = re.sub(
+    r"^```.*?^```$", "", "\n".join(page.read_text(encoding="utf-8") for page in PAGES), flags=re.MULTILINE | re.DOTALL
+)
 FOLDERS = ("grammar/", "interpreter/", "references/", "solvers/", "stdlib-scenes/", "tests/", ".ci/", "pyproject.toml")
 NAMED = sorted({n for n in re.findall(r"`([^`\s]+)`", PROSE) if n.startswith(FOLDERS)})
 COMING = {"solvers/materials/ciarlet.py"}  # the example
@@ -44,9 +47,9 @@ def defined(file: Path) -> set[str]:
 @pytest.mark.parametrize("named", NAMED)
 def test_what_the_tour_names_is_there(named: str) -> None:
     path, _, name = named.partition(":")
-    assert (ROOT / path).exists() or path in COMING, f"tests/README.md names {path}, which is gone"
+    assert (ROOT / path).exists() or path in COMING, f"{path} is gone"
     if name:
-        assert name in defined(ROOT / path), f"tests/README.md names {name} in {path}, which is gone"
+        assert name in defined(ROOT / path), f"{name} in {path} is gone"
 
 
 @pytest.mark.parametrize("named", TESTS)
