@@ -15,6 +15,7 @@ and all of them with SOFTMARK_WHOLE=1 (tests/shared/daily_selection.py).
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
@@ -145,6 +146,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item not in later]
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: turn(shared_by(item.nodeid)))
+
+
+def pytest_collection_finish() -> None:
+    """Leave what is collected out of the garbage collection, which would look at it again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
 
 
 def shared_by(nodeid: str) -> str:

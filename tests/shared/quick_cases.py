@@ -12,6 +12,36 @@ LAWS = ("small", "corotational", "neo_hookean", "st_venant_kirchhoff")  # and on
 STEPS = ("trapezoidal", "bdf2", "central_differences")  # one step with velocities, several steps, explicit
 
 QUICK: dict[str, dict[str, tuple[str, ...]]] = {
+    "tests/solvers/test_time_step_errors.py": {
+        "test_the_estimated_error_of_a_step_is_its_error": ("0-",),
+    },
+    "tests/laws/test_scales_of_loads.py": {
+        "test_a_bar_at_every_scale": ("hex8 (1000", "hex8 finite (1e-09", "hex20 mixed (1.0", "beam"),
+    },
+    "tests/interpreter/test_varying_constants_in_laws.py": {
+        "test_they_are_checked_or_refused": ("-plain-", "biphasic_active", "active_viscous"),
+    },
+    "tests/interpreter/test_centrifugal.py": {
+        "test_an_amplitude_is_the_same_for_solver_and_check": ("small",),
+    },
+    "tests/interpreter/test_time_step_of_metrics.py": {
+        "test_an_axial_vibration_is_not_judged_by_the_lateral_one": ("size = 5 mm)-bdf2", "20)-trapezoidal"),
+    },
+    "tests/interpreter/test_rigid_contact_scenes.py": {
+        "test_nor_is_one_that_comes_to_lie_in_its_plane": ("body0", "body3", "solid"),
+    },
+    "tests/interpreter/test_deck_scopes.py": {
+        "test_supports_and_forces_act_on_the_nodes_of_their_scopes": ("0", "1", "2"),
+    },
+    "tests/interpreter/test_surface_stress.py": {
+        "test_uniform_stress_contradicts_no_face": ("1-", "2-"),
+        "test_narrow_patches_are_said_with_the_right_number": ("0-", "2-"),
+    },
+    "tests/solvers/test_critical_step.py": {
+        "test_steps_are_stable_below_the_computed_edge_and_not_above": (
+            "tet4 corotational even", "springs", "hex8 finite",
+        ),
+    },
     "tests/interpreter/test_axisymmetric.py": {
         "test_linear_answers_are_those_of_scikit_fem": ("quad8",),
         "test_pressures_around_an_axis_are_those_of_scikit_fem": ("tri6-0.5",),
@@ -264,6 +294,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_no_locking_in_a_thick_sphere": ("tet10", "mean_dilatation"),
     },
     "tests/solvers/test_principal_axes_law.py": {
+        "test_a_state_by_numbers_is_that_of_arrays": ("ogden", "neo_hookean-pulled-"),
         "test_a_law_in_principal_axes_is_that_of_tensors": ("ogden", "mooney"),
     },
     "tests/solvers/test_mesh_cuts.py": {
@@ -294,11 +325,15 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
             # each of them has a golden message as well, which is quick
             "W384", "W393", "E632", "E412", "W305", "W337", "W394", "W389", "W345", "W356", "W367", "W314",
             "E410", "E630", "W401", "W419", "W639",
+            "E325", "E337", "W379", "W704", "E326", "E555", "W381", "E430", "W380", "W306", "W351", "W349", "W375",
             "E383", "W387", "W357", "W319", "W341", "W324", "W336", "E324", "W391", "W613", "W353",
         ),
     },
     "tests/interpreter/test_diagnostics.py": {
         "test_golden": (
+            "mesh-dangling", "pores-w393", "level-e412", "point-force-looked-at", "pores-w394", "reduced-sweep-range",
+            "dynamic-halved", "dynamic-integrator-loss", "contact-rigid-through", "tolerance-loose-run",
+            "dynamic-unresolved", "contact-loose-piece", "results-factor", "stress-beside", "reduced-residual",
             "load-border-along-surface", "support-thin-skin", "contact-cut-in", "line-load-looked-at",
             "fem-start-fails", "contact-coarse", "contact-wide-barrier", "dynamic-step-of-metric", "dynamic-unbalanced",
             "graded-field-outside", "load-less-than-asked", "stress-under-narrow-patch", "stress-without-limit",
@@ -314,8 +349,6 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
         "test_the_patch_of_solids": ("hex20, strain = small", "hex27, strain = small"),
     },
     "tests/interpreter/test_surface_stress.py": {
-        "test_uniform_stress_contradicts_no_face": ("0-",),
-        "test_narrow_patches_are_said_with_the_right_number": ("1-",),
         "test_lines_and_volumes_that_reach_the_patch_are_said": ("volume(",),
     },
     "tests/interpreter/test_deformable_contact_reports.py": {"test_what_a_mirror_image_does_a_plane_does": ("quad8",)},
@@ -325,7 +358,7 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_shapes.py": {"test_finer_spaces_lie_on_the_true_surface": ("tet10-bent rod", "tet10-sphere")},
     "tests/interpreter/test_compare_page.py": {"test_every_page_is_whole_and_needs_nothing_else": ("200 points",)},
     "tests/solvers/test_penetration_depth.py": {
-        "test_nothing_is_deeper_on_a_dense_lattice": ("9-", "8-cone", "4-cone")
+        "test_nothing_is_deeper_on_a_dense_lattice": ("9-", "6-", "8-", "4-")
     },
     "tests/solvers/test_signed_distance.py": {"test_gradient_and_hessian_are_those_of_the_gap": ("surface of a ball",)},
 }  # fmt: skip
