@@ -9,7 +9,7 @@ to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
 runs all. So are those that look at the report of a scene that takes long (BROAD), and the further cases of broad
-tests (tests/shared/quick_cases.py). Where folders are run, a seventh of the slow cases of each sweep is run a day,
+tests (tests/shared/quick_cases.py). Where folders are run, a tenth of the slow cases of each sweep is run a day,
 and all of them with SOFTMARK_WHOLE=1 (tests/shared/daily_selection.py).
 """
 

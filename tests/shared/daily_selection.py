@@ -1,9 +1,9 @@
-"""Choice of slow tests: a seventh of the cases of each slow sweep is run a day, all in a week or by SOFTMARK_WHOLE=1.
+"""Choice of slow tests: a tenth of the cases of each slow sweep is run a day, all in ten days or by SOFTMARK_WHOLE=1.
 
 A sweep is a test with three slow cases or more. Its cases look for exceptions to a law that the quick cases confirm
-already. A sweep of more than `LARGE` cases takes two weeks. SOFTMARK_DAY=2026-11-23 runs the cases of that day again.
+already. A sweep of more than `LARGE` cases takes twenty days. SOFTMARK_DAY=2026-11-23 runs the cases of that day again.
 Each scene of the library is run every day, except those that take longest, each of which has a day of the week. Tests
-that take more than about half a second are marked `long` and also have one day of the week each.
+that take more than about half a second are marked `long` and have one day in ten each.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from zlib import crc32
 
 import pytest
 
-PARTS = 7  # days in which all cases are walked
+PARTS = 10  # days in which all cases are run
 MANY = 3  # cases of a sweep
 LARGE = 60  # cases of a sweep that takes twice as many days
 WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
@@ -42,7 +42,7 @@ def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pyte
             sweeps["long"].append(item)
         elif "report_of" not in getattr(item, "fixturenames", ()):
             sweeps[item.nodeid.partition("[")[0]].append(item)
-        elif any(scene_of(item.nodeid) in scenes for day, scenes in enumerate(LONGEST) if day != today % PARTS):
+        elif any(scene_of(item.nodeid) in scenes for day, scenes in enumerate(LONGEST) if day != today % len(LONGEST)):
             later.add(item)
     for name, cases in sweeps.items():
         days = 2 * PARTS if len(cases) > LARGE and name != "long" else PARTS
