@@ -74,6 +74,7 @@ def test_a_swing_in_three_dimensions_is_that_of_a_solid() -> None:
     assert value < 0.005
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_comes_to_rest_where_the_static_analysis_is() -> None:
     """Damped all but critically, to exp(-11) of the fall, 0.15 m: the same to 0.01 mm."""

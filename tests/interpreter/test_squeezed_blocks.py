@@ -28,6 +28,7 @@ SEEDS = (
 )  # of each kind of body, with friction and without; 146 had a point pressing deep inside; squeezed.py takes any
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_squeezed_is_solved_or_refused_with_a_reason(seed: int) -> None:

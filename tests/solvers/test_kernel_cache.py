@@ -84,6 +84,7 @@ def test_an_edited_callee_is_never_answered_from_the_cache(package: Path) -> Non
     assert ask(package)[0] == "6.0"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_without_a_writable_cache_kernels_live_in_memory(package: Path) -> None:
     """A file where the folder should be: permissions do not stop a test that runs as root."""
@@ -93,6 +94,7 @@ def test_without_a_writable_cache_kernels_live_in_memory(package: Path) -> None:
     assert blocked.read_bytes() == b""
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_without_a_home_nothing_is_written_where_one_happens_to_be(package: Path) -> None:
     """expanduser leaves "~" alone for a user that nobody knows; here by a variable that says so."""
@@ -190,6 +192,7 @@ def test_types_that_are_compiled_at_once_do_not_take_each_others_place(package: 
     assert len(kept(package)) == 2 * len(arguments)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_disk_that_is_full_keeps_no_kernel_and_stops_nothing(package: Path) -> None:
     """A limit on the size of files fails where a full disk does."""

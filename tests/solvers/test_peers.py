@@ -103,6 +103,7 @@ def test_linear_elasticity_against_scikit_fem(mesh: Mesh) -> None:
     assert_same(mesh, ours(mesh, "linear_elastic", "small"), solution[basis.nodal_dofs].T)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_neo_hookean_logarithmic_against_felupe(mesh: Mesh) -> None:
     import felupe
@@ -112,6 +113,7 @@ def test_neo_hookean_logarithmic_against_felupe(mesh: Mesh) -> None:
     assert_same(mesh, ours(mesh, "neo_hookean", "finite"), theirs)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_neo_hookean_isochoric_against_felupe(mesh: Mesh) -> None:
     import felupe
@@ -162,6 +164,7 @@ def test_quadratic_tetrahedra_against_scikit_fem() -> None:
     assert np.abs(u - v).max() <= 1e-8 * np.abs(v).max()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_neo_hookean_hexahedra_against_felupe() -> None:
     import felupe
