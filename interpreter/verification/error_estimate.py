@@ -49,7 +49,7 @@ from softmark.interpreter.verification.geometry_error import facet_errors
 from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.selection_error import selection_errors
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.analysis_words import SAME, Dynamic, Quasistatic
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField
@@ -126,7 +126,8 @@ class ErrorEstimate(SolutionUnderTest):
             found["loads"] = lambda seen: verifier.remaining_load_error(self, seen, own) * seen.size
         found |= facet_errors(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.has_material_history:
-            found["time"] = lambda seen: self._time_step_error_by_refinement(seen, 2.0)
+            longer = 2.0 * self._time_step <= self.case.analysis.since_output * (1.0 + SAME)
+            found["time"] = lambda seen: self._time_step_error_by_refinement(seen, 2.0, longer)
         return found | ({"time": self._time_step_error} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation_error(self, seen: ProbeResultUnderTest) -> float:
@@ -257,8 +258,11 @@ class ErrorEstimate(SolutionUnderTest):
     def _time_step_error_of_modes(self, seen: ProbeResultUnderTest) -> float:
         """Return the error due to the time step in the vibrations at the probe.
 
-        It is a lower bound, because solutions with two different steps may agree by chance.
+        It is a lower bound, because solutions with two different steps may agree by chance. It is 0 for viscoelastic
+        bodies: their vibrations fade, and the modes are those of the elastic body.
         """
+        if self.case.has_material_history:
+            return 0.0
         from softmark.interpreter.verification.motion_errors import time_step_error_of
 
         found = None if seen.view is None else time_step_error_of(seen.view, seen.metric, seen.probe)
@@ -292,8 +296,15 @@ class ErrorEstimate(SolutionUnderTest):
     def _result_with_time_step(self, seen: ProbeResultUnderTest, times: float) -> ProbeResultUnderTest:
         """Return the result of a solution with a time step `times` as long. Raises NoErrorEstimate."""
         analysis: Any = self.case.analysis
-        case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
+        case = replace(self.case, analysis=replace(analysis, step=times * self._time_step))
         return seen.of(self.solve_other_model(f"step {times:g}", self.declared, case, 1.0 / times)[0])
+
+    @property
+    def _time_step(self) -> float:
+        """Time step of the solution, s; in a quasistatic analysis at most the time since the previous output."""
+        analysis: Any = self.case.analysis
+        step: float = analysis.step
+        return min(step, analysis.since_output) if isinstance(analysis, Quasistatic) else step
 
     def _step_distance(self, seen: ProbeResultUnderTest, other: ProbeResultUnderTest, another: str) -> float:
         """Return the distance between results with two time steps. Raises NoErrorEstimate if it is too large."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, Self
 
 from softmark.interpreter.language.expression_evaluation import VectorValue
@@ -14,6 +15,7 @@ Integrator = Literal[
     "implicit_euler", "newmark", "trapezoidal", "generalized_alpha", "bdf2", "midpoint", "central_differences"
 ]
 EXPLICIT = ("central_differences",)
+SAME = 1e-9  # relative difference of equal times
 USUAL = 20  # default number of times at which results are recorded
 
 
@@ -102,8 +104,8 @@ class Quasistatic:
     skipped, because the result does not depend on the rate.
 
     History variables are integrated with second-order accuracy in the step, and exactly where stress grows in
-    proportion to time. The remaining error is part of the stated error (`time`): a third of the change caused by
-    doubling the step.
+    proportion to time. The remaining error is part of the stated error (`time`), and is estimated from a solution with
+    half the step. Where `times` are closer than `step`, half of their distance is used.
     """
 
     path: ClassVar[Literal["load"]] = "load"  # only a static analysis has the field
@@ -128,6 +130,12 @@ class Quasistatic:
         if self.times is not None:
             return tuple(map(TimeState, self.times.values))
         return tuple(TimeState(self.duration * (i + 1) / USUAL) for i in range(USUAL))
+
+    @property
+    def since_output(self) -> float:
+        """Time between the result and the output before it, s, or the start; infinite for a result at the start."""
+        before = [t for t in (0.0, *map(float, self.moments)) if t < self.now * (1.0 - SAME)]
+        return self.now - max(before) if before else math.inf
 
     @property
     def situations(self) -> tuple[float, ...] | None:
