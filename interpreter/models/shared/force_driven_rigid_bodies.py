@@ -27,10 +27,9 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
         return None
     along = touches[0].along
     assert along is not None
-    first = [*contacts].index
-    numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
+    names = tuple(touch.name for touch in touches)
     begun = _rigid_body_translation(contacts[touches[0].name].earlier)[along]
-    return ForceControl(along, driving_force(touches[0]), float(begun), numbers, _contact_at_travel)
+    return ForceControl(along, driving_force(touches[0]), float(begun), names, _contact_at_travel)
 
 
 def _contact_at_travel(contact: Any, d: float) -> Any:

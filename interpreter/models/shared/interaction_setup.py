@@ -155,8 +155,8 @@ def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
 
 def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
     """Return the contacts of a solid at the equilibrium `found`, with stiffened barriers and added contact points."""
-    contacts: dict[str, RigidContact] = solid.contacts
-    return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
+    contacts: dict[str, RigidContact] = found.contacts or solid.contacts
+    return contacts
 
 
 def describe_free_motions(
