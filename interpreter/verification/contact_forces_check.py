@@ -20,6 +20,7 @@ from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, f
 from softmark.interpreter.verification.facet_sweep import select_facets
 from softmark.interpreter.verification.support_reactions_check import held_components, rigid_motion
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
+from softmark.solvers.contact.interaction_state import InteractionState
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import depth_of_centroid as depth_of_middle
 from softmark.solvers.elements.boundary_facets import FACETS
@@ -201,9 +202,10 @@ def _contact_facts(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: F
 def contact_forces(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
     """Return nodal forces (n, 3), N, of one contact, and their uncertainty, N. Raises NoIndependentFormula."""
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
-    barrier = barrier.stiffer(mesh.stiffer)
+    state = mesh.interactions.get(touch.name, InteractionState())
+    barrier = barrier.stiffer(state.stiffening)
     of, N, A = _points(case, touch, mesh, facets)
-    joined = mesh.joined.get(touch.name)
+    joined = state.added
     if joined is not None:
         of, N, A = _append_added_points((of, N, A), joined)
     x = _plane_components(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))

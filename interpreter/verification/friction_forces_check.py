@@ -31,8 +31,8 @@ def friction_tractions(
     `points` are the nodes and shape functions of the points (m, a). A point without pressure need not be stored in the
     state.
     """
-    own = mesh.rubbed.get(touch.name)
-    if own is None or own.points is None:
+    state = mesh.interactions.get(touch.name)
+    if state is None or (own := state.friction) is None or own.points is None:
         raise NoIndependentFormula(f"the friction history of `{touch.name}` is not known")
     which = rigid_friction_forces.match_points(*points, own.points.of, own.points.shares)
     if np.any((which < 0) & (p > 0.0)):

@@ -144,8 +144,8 @@ def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Flo
     """Return independent nodal friction forces (3 n,), N, from the friction springs that a state stores."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
-    own, skin, pressing = mesh.rubbed.get(name), pair.skin, pair.pressing
-    if own is None or own.anchors.s.shape[0] != skin.points:
+    state, skin, pressing = mesh.interactions.get(name), pair.skin, pair.pressing
+    if state is None or (own := state.friction) is None or own.anchors.s.shape[0] != skin.points:
         raise NoIndependentFormula(f"the friction history of `{name}` is not known")
     which = np.flatnonzero(own.anchors.n.any(axis=1))
     V = skin.places(u)

@@ -64,6 +64,17 @@ class Assembly:
         """Return the internal energies that are `numbered` with a common name, such as `cells`."""
         return tuple(e for n, e in zip(self.names[0], self.internal, strict=True) if n.rpartition(" ")[0] == name)
 
+    @property
+    def rigid_contacts(self) -> dict[str, Any]:
+        """Contacts with rigid bodies among the loads, by name."""
+        return {n: e for n, e in zip(self.names[1], self.loads, strict=True) if e.not_proportional}
+
+    @property
+    def pair_contacts(self) -> dict[str, DynamicPatternEnergy]:
+        """Contacts between deformable surfaces among the internal energies, by name."""
+        pairs = zip(self.names[0], self.internal, strict=True)
+        return {n: e for n, e in pairs if isinstance(e, DynamicPatternEnergy)}
+
     def with_energies(self, others: Mapping[str, Energy]) -> Assembly:
         """Return an assembly with other energies of the same names.
 

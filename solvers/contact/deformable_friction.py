@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from softmark.solvers.contact.closest_face_points import (
 )
 from softmark.solvers.contact.contact_surface import ContactSurface
 from softmark.solvers.contact.deformable_contact import HALF, IpcContact
+from softmark.solvers.contact.interaction_state import FrictionState, InteractionState
 from softmark.solvers.contact.rigid_friction import TINY, DualTractions, Slip
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
@@ -218,6 +219,18 @@ class DeformableFriction(DynamicPatternEnergy):
         slid[hold.which] = slip.slid
         u = np.array(x, dtype=np.float64)[: skin.M.shape[1]]
         return FrictionHistory(u, s, n), slid, float(slip.t @ slip.slid)
+
+    def interaction_state(self, x: Floats, before: InteractionState | None) -> InteractionState:
+        """Return the history of the samples, their sliding distances and the heat in a solved state x."""
+        history, slid, lost = self.final_history(x)
+        if before is not None and before.friction is not None:
+            slid = before.friction.slid + slid
+        work = (0.0 if before is None else before.friction_work) + lost
+        return InteractionState(friction=FrictionState(history, slid, work, lost))
+
+    def resumed(self, state: InteractionState, x: Floats) -> Self:
+        """Return the same friction, continued from the history in `state`."""
+        return self if state.friction is None else replace(self, since=state.friction.anchors)
 
     def with_history(self, since: FrictionHistory) -> DeformableFriction:
         """Return the same friction, continued from the history `since` of another state."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.contact.interaction_state import InteractionState
 from softmark.solvers.contact.surface_points import SAME, AddedContactPoints, SurfacePoints
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks
@@ -50,6 +51,7 @@ class RigidContact(Energy):
     facing: Any = None  # `SearchedFacets` that may penetrate between points; None: no search
     skin: Any = None  # `SurfaceTriangles` for the tunnelling check; None: only points are checked
     extra: AddedContactPoints | None = None  # points added during the solution; they are the last ones
+    stiffening: float = 1.0  # stiffness of the barrier relative to its initial stiffness
 
     def __post_init__(self) -> None:
         """Use the nodes as contact points if no points are given."""
@@ -145,7 +147,18 @@ class RigidContact(Energy):
 
     def stiffer(self, factor: float) -> RigidContact:
         """Return the same contact with the barrier stiffness multiplied by a factor."""
-        return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
+        if factor == 1.0:
+            return self
+        return replace(self, barrier=self.barrier.stiffer(factor), stiffening=factor * self.stiffening)
+
+    def interaction_state(self, x: Floats, before: InteractionState | None) -> InteractionState:
+        """Return the position of the rigid body, the stiffening and the added points in a solved state x."""
+        return InteractionState(self.body, self.stiffening, self.extra)
+
+    def resumed(self, state: InteractionState, x: Floats) -> Self:
+        """Return the same contact, with the rigid body and the added points of `state` at the start of the solution."""
+        found = replace(self, earlier=state.body)
+        return found if state.added is None else found.with_added_points(state.added, x)
 
     def without_initial_energy(self) -> RigidContact:
         """Return the same contact without energy at rest: gaps of points that start within the barrier are enlarged.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
+from softmark.solvers.contact.interaction_state import FrictionState, InteractionState
 from softmark.solvers.contact.rigid_contact import RigidContact
 from softmark.solvers.contact.rigid_transform import RigidMotion
 from softmark.solvers.energies.energy import Floats, Ints
@@ -207,7 +208,22 @@ class RigidFriction(RigidContact):
 
     def stiffer(self, factor: float) -> RigidFriction:
         """Return the same contact with the stiffness of barrier and stick spring multiplied by a factor."""
-        return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
+        stiffening = factor * self.stiffening
+        return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring, stiffening=stiffening)
+
+    def interaction_state(self, x: Floats, before: InteractionState | None) -> InteractionState:
+        """Return the state of the contact with anchors, sliding distances and heat in a solved state x."""
+        lost = self.lost(x)
+        work = (0.0 if before is None else before.friction_work) + lost
+        friction = FrictionState(self.final_anchors(x), self.gone + self.slid(x), work, lost, self.points)
+        return replace(super().interaction_state(x, before), friction=friction)
+
+    def resumed(self, state: InteractionState, x: Floats) -> Self:
+        """Return the same contact, continued from the rigid body, added points, anchors and slip of `state`."""
+        found = super().resumed(state, x)
+        if state.friction is None:
+            return found
+        return replace(found, anchors=state.friction.anchors, gone=state.friction.slid)
 
     def holds(self, x: Floats) -> bool:
         """Return whether at least one point in contact sticks."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from softmark.solvers.energies.elastic_energy import add_drag
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
 
 if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
 
@@ -37,12 +38,12 @@ class DynamicForces:
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
-        plain = sum(not load.not_proportional for load in assembly.loads)  # contacts come last
-        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
-        self.contacts = assembly.loads[plain:]
+        contacts, loads = assembly.rigid_contacts, dict(zip(assembly.names[1], assembly.loads, strict=True))
+        plain = [name for name in loads if name not in contacts]
+        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, tuple(loads[n] for n in plain)
         self.now: tuple[Energy, ...] | None = None  # viscoelastic energies at the start of a step
-        amplitudes: tuple[Amplitude, ...] = problem.amplitudes or (Constant(),) * len(assembly.loads)
-        self.amplitudes = amplitudes[:plain]
+        amplitudes = dict(zip(loads, problem.amplitudes or (Constant(),) * len(loads), strict=True))
+        self.amplitudes = tuple(amplitudes[name] for name in plain)
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))  # friction is lagged
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
         self.free = np.setdiff1d(np.arange(self.dofs), self.fixed)
@@ -50,21 +51,33 @@ class DynamicForces:
         self.lumped: Floats | None = mass if isinstance(mass, np.ndarray) else None
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _canonical_matrix(self.M[self.free][:, self.free])
-        self.pattern, self._mass_slots = _extend_pattern_by_mass(assembly.pattern, self)
-        self.impact = self._make_contacts(amplitudes[plain:], problem.meets) if self.contacts or problem.meets else None
+        self.pattern, self._mass_slots = _extend_pattern_by_mass(assembly, self)
+        inner = len(self.internal)
+        slots = dict(zip(loads, self.pattern.slots[inner : inner + len(loads)], strict=True))
+        self._slots = (*self.pattern.slots[:inner], *(slots[name] for name in plain))
+        self.impact: DynamicContacts | None = None
+        if contacts or problem.meets:
+            own = {name: (contact, amplitudes[name], slots[name]) for name, contact in contacts.items()}
+            self.impact = self._make_contacts(own, problem.meets)
         self._repeats = problem.remembering is None and problem.turning is None  # forces depend on the state alone
         self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
         self._blocks = _block_positions(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
-    def _make_contacts(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
-        """Return the contacts with rigid bodies, which move by `amplitudes`, and between deformable surfaces."""
+    def _make_contacts(
+        self, rigid: Mapping[str, tuple[Any, Amplitude, Ints]], meets: Sequence[DynamicPatternEnergy]
+    ) -> DynamicContacts:
+        """Return the contacts with rigid bodies and between deformable surfaces.
+
+        `rigid` has, by name, each rigid contact, the amplitude by which its body moves, and its tangent entries.
+        """
         from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
-        known: list[Any] = list(self.contacts)
-        slots = self.pattern.slots[len(self.internal) + len(self.loads) :]
+        contacts, amplitudes, slots = zip(*rigid.values(), strict=True) if rigid else ((), (), ())
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
-        return DynamicContacts(known, amplitudes, slots, meets, lambda stencils: self.pattern.places(number, stencils))
+        return DynamicContacts(
+            contacts, amplitudes, slots, meets, lambda stencils: self.pattern.places(number, stencils)
+        )
 
     @property
     def rotates_without_contact(self) -> bool:
@@ -95,7 +108,7 @@ class DynamicForces:
         return mean_factors(self.amplitudes, begin, end)
 
     def energies_with_factors(self, factors: Floats) -> list[tuple[Energy, float]]:
-        """Return every energy with its load factor, 1 for internal energies, in the order of the sparsity pattern."""
+        """Return every energy with its load factor, 1 for internal energies, internal energies first."""
         return [(e, 1.0) for e in self.internal] + list(zip(self.loads, factors.tolist(), strict=True))
 
     def value(self, x: Floats, factors: Floats) -> float:
@@ -154,7 +167,7 @@ class DynamicForces:
     def tangent(self, x: Floats, factors: Floats, projected: bool = False) -> sparse.csr_matrix:
         """Return the tangent stiffness of the free degrees of freedom under loads with `factors` (l,)."""
         data = np.zeros(len(self.pattern.indices))
-        for (energy, scale), slots in zip(self.energies_with_factors(factors), self.pattern.slots, strict=False):
+        for (energy, scale), slots in zip(self.energies_with_factors(factors), self._slots, strict=True):
             if energy.stencils.size and scale != 0.0:
                 energy.add_hessian(x, data, slots, scale, projected)
         return self.pattern.matrix(data)
@@ -193,13 +206,13 @@ def _block_positions(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, I
     return which, places
 
 
-def _extend_pattern_by_mass(pattern: Pattern, forces: DynamicForces) -> tuple[Pattern, Ints]:
+def _extend_pattern_by_mass(assembly: Assembly, forces: DynamicForces) -> tuple[Pattern, Ints]:
     """Return the pattern extended by missing entries of the mass matrix, and the positions of the mass entries."""
+    pattern, energies = assembly.pattern, (*assembly.internal, *assembly.loads)
     slots = _entry_positions(pattern, forces.M_free)
     if slots is None:
         entries = forces.M.tocoo()
         pairs = np.stack([entries.row, entries.col], axis=1).astype(np.int64)
-        energies: Sequence[Energy] = (*forces.internal, *forces.loads, *forces.contacts)
         pattern = build_pattern(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
         slots = _entry_positions(pattern, forces.M_free)
     if slots is None:

@@ -6,7 +6,7 @@ defaults.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,17 @@ class Energy(Protocol):
         Its method `lagged` returns the energy with constant friction limits, which has a potential.
         """
         return False
+
+    def interaction_state(self, x: Floats, before: Any) -> Any:
+        """Return the `InteractionState` that the energy carries on from a solved state x; None if it has none.
+
+        `before` is its state after the previous solved state, or None.
+        """
+        return None
+
+    def resumed(self, state: Any, x: Floats) -> Self:
+        """Return the same energy, continued from its `InteractionState` at the solved state x."""
+        return self
 
     @property
     def conservative(self) -> bool:

@@ -6,7 +6,7 @@ If facets still penetrate between contact points, points are added and the probl
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -28,9 +28,9 @@ class RigidBodyTunnelling(NotConverged):
 def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     """Return the equilibrium with positive gaps, by stiffer barriers and additional contact points.
 
-    `find` solves the problem for given barriers and points. The field `beside` of the result holds the final rigid
-    contacts. In its facts, `stiffened` is the factor of the barrier stiffness, and `joined` the number of added points
-    with a contact force. Added points start with the friction history of the last state, like all others. Raises
+    `find` solves the problem for given barriers and points. The field `contacts` of the result holds the final
+    rigid contacts. In its facts, `stiffened` is the factor of the barrier stiffness, and `joined` the number of added
+    points with a contact force. Added points start with the friction history of the last state, like all others. Raises
     NotConverged if no equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
     found, used = _stiffen_until_gaps_positive(problem, find)
@@ -49,21 +49,21 @@ def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     if not _is_on_body_surface(contacts, found.x):  # points added in the last state press where there is no body
         found, used = _stiffen_until_gaps_positive(_without_added_points(problem), find)
         contacts = _rigid_contacts(used.assembly)
-    contacts = [energy.without_unloaded_points(found.x) for energy in contacts]
-    facts = found.facts | {"joined": sum(len(energy.A) - energy.lasting for energy in contacts)}
-    return replace(found, beside=tuple(contacts), history=last.history, facts=facts)
+    contacts = {name: energy.without_unloaded_points(found.x) for name, energy in contacts.items()}
+    facts = found.facts | {"joined": sum(len(energy.A) - energy.lasting for energy in contacts.values())}
+    return replace(found, contacts=contacts, history=last.history, facts=facts)
 
 
-def _is_on_body_surface(contacts: list[Any], x: Floats) -> bool:
+def _is_on_body_surface(contacts: Mapping[str, Any], x: Floats) -> bool:
     """Return whether contact forces on added points act close to the surface of their rigid body.
 
     Only then is the state x acceptable.
     """
-    if all(energy.extra is None for energy in contacts):
+    if all(energy.extra is None for energy in contacts.values()):
         return True
     from softmark.solvers.contact.facet_penetration import MOST, presses_off_surface
 
-    return not any(presses_off_surface(energy, x, MOST) for energy in contacts)
+    return not any(presses_off_surface(energy, x, MOST) for energy in contacts.values())
 
 
 def _stiffen_until_gaps_positive(
@@ -93,22 +93,21 @@ def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
     from softmark.solvers.contact.tunnelling_check import tunnelling_depth
 
     before = problem.rest if problem.start is None else problem.start
-    if deep := max(
-        (tunnelling_depth(energy, before, found.x) for energy in _rigid_contacts(problem.assembly)), default=0.0
-    ):
+    contacts = _rigid_contacts(problem.assembly).values()
+    if deep := max((tunnelling_depth(energy, before, found.x) for energy in contacts), default=0.0):
         reason = f"a rigid body penetrates the surface by {1e3 * deep:.3g} mm in one step: use more, smaller states"
         raise RigidBodyTunnelling(reason, found.history, found.facts)
 
 
-def _rigid_contacts(assembly: Assembly) -> list[Any]:
-    """Return the rigid contacts of an assembly, at full load."""
-    known: list[Any] = [energy for energy in assembly.loads if energy.not_proportional]
-    return [energy.at(1.0) for energy in known]
+def _rigid_contacts(assembly: Assembly) -> dict[str, Any]:
+    """Return the rigid contacts of an assembly by name, at full load."""
+    return {name: energy.at(1.0) for name, energy in assembly.rigid_contacts.items()}
 
 
 def least_gap(problem: Statics, x: Floats) -> float:
     """Return the smallest gap of all rigid contacts in a state x (dofs,), m; inf without contacts."""
-    return min((float(energy.gaps(x).min()) for energy in _rigid_contacts(problem.assembly)), default=float("inf"))
+    contacts = _rigid_contacts(problem.assembly).values()
+    return min((float(energy.gaps(x).min()) for energy in contacts), default=float("inf"))
 
 
 def _with_stiffer_barriers(problem: Statics, factor: float, stay: bool = False) -> Statics:
@@ -118,23 +117,15 @@ def _with_stiffer_barriers(problem: Statics, factor: float, stay: bool = False) 
     their positions at the start of their motion are discarded.
     """
 
-    def each(assembly: Assembly) -> Assembly:
-        """Return an assembly with stiffer barriers in its rigid contacts."""
-        known: list[Any] = list(assembly.loads)
-        loads = [energy.stiffer(factor) if energy.not_proportional else energy for energy in known]
-        return assembly.acting(
-            assembly.internal, [replace(e, earlier=None) if e.not_proportional and stay else e for e in loads]
-        )
-
-    return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))
+    stiffer = {name: energy.stiffer(factor) for name, energy in problem.assembly.rigid_contacts.items()}
+    return problem.with_energies({n: replace(e, earlier=None) if stay else e for n, e in stiffer.items()})
 
 
 def _without_added_points(problem: Statics) -> Statics:
     """Return the problem without added contact points."""
     before = problem.rest if problem.start is None else problem.start
-    known: list[Any] = list(problem.assembly.loads)
-    loads = [energy.with_added_points(None, before) if energy.not_proportional else energy for energy in known]
-    return replace(problem, assembly=problem.assembly.joined(loads))
+    contacts = {n: energy.with_added_points(None, before) for n, energy in problem.assembly.rigid_contacts.items()}
+    return replace(problem, assembly=problem.assembly.with_energies(contacts))
 
 
 def _with_added_points(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
@@ -143,14 +134,13 @@ def _with_added_points(problem: Statics, x: Floats) -> tuple[Statics | None, boo
     Points are added where facets penetrate a rigid body in x; the problem is None if no facet does.
     """
     before = problem.rest if problem.start is None else problem.start
-    loads: list[Any] = list(problem.assembly.loads)
-    stays = True
-    for i, energy in enumerate(loads):
-        if energy.not_proportional and energy.facing is not None:
+    changed, stays = dict[str, Any](), True
+    for name, energy in problem.assembly.rigid_contacts.items():
+        if energy.facing is not None:
             from softmark.solvers.contact.facet_penetration import search_penetration
 
             extra, may = search_penetration(energy.at(1.0), x)
             stays &= may
-            loads[i] = energy if extra is None else energy.with_added_points(extra, before)
-    same = all(a is b for a, b in zip(loads, problem.assembly.loads, strict=True))
-    return None if same else replace(problem, assembly=problem.assembly.joined(loads)), stays
+            if extra is not None:
+                changed[name] = energy.with_added_points(extra, before)
+    return replace(problem, assembly=problem.assembly.with_energies(changed)) if changed else None, stays

@@ -60,7 +60,7 @@ def _initial_stiffness_fraction(assembly: Assembly) -> float:
 
     It is as small as possible without nodes passing the centroid of a rigid body.
     """
-    each: list[Any] = [e for e in assembly.loads if e.not_proportional]
+    each = assembly.rigid_contacts.values()
     softest: Iterator[float] = (
         e.barrier.distance / max(BEHIND * depth_of_centroid(e.body), e.barrier.distance / SOFT) for e in each
     )
@@ -115,8 +115,7 @@ def with_softer_barriers(assembly: Assembly, load: float, soft: float) -> Assemb
 
     `soft` is the fraction of the stiffness.
     """
-    inner, outer = list[Any](assembly.internal), list[Any](assembly.loads)
-    internal = [e.with_scaled_stiffness(soft) if e.has_friction else e for e in inner]
-    return assembly.acting(
-        internal, [e.at(load).with_scaled_stiffness(soft) if e.not_proportional else e for e in outer]
-    )
+    pairs: dict[str, Any] = {name: pair for name, pair in assembly.pair_contacts.items() if pair.has_friction}
+    contacts = {name: contact.at(load) for name, contact in assembly.rigid_contacts.items()}
+    softer = {name: energy.with_scaled_stiffness(soft) for name, energy in (pairs | contacts).items()}
+    return assembly.with_energies(softer)

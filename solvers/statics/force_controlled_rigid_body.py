@@ -7,7 +7,7 @@ includes all deformation; the position is unstable if it is not positive.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
@@ -45,14 +44,14 @@ class ForceControl:
     """Rigid body that moves along one axis under a given force.
 
     `along` is the number of the axis (x, y or z), `force` the force in this direction, N, and `begun` the travel at the
-    start, m. The travel is the displacement from the position without the force. `contacts` are the indices of the
-    body's contacts among the loads. `placed` is a function that returns a contact with the body at a given travel, m.
+    start, m. The travel is the displacement from the position without the force. `contacts` are the names of the
+    body's contacts. `placed` is a function that returns a contact with the body at a given travel, m.
     """
 
     along: int
     force: float
     begun: float
-    contacts: tuple[int, ...]
+    contacts: tuple[str, ...]
     placed: Callable[[Any, float], Any]
 
 
@@ -181,26 +180,20 @@ class _PositionSearch:
         """
         self.places += 1
         problem = replace(self.problem, tolerance=CLOSER * self.problem.tolerance)
-        loads: list[Any] = list(problem.assembly.loads)
-        for number in self.press.contacts:
-            loads[number] = self.press.placed(loads[number], d)
+        contacts = problem.assembly.rigid_contacts
+        contacts |= {name: self.press.placed(contacts[name], d) for name in self.press.contacts}
         if near is not None and not problem.has_friction:
-            last = iter(near.found.beside)
-            for number, energy in enumerate(loads):
-                if energy.not_proportional:
-                    own = next(last)
-                    loads[number] = replace(energy, earlier=own.body).with_added_points(own.extra, near.found.x)
+            for name, own in near.found.contacts.items():
+                moved = replace(contacts[name], earlier=own.body)
+                contacts[name] = moved.with_added_points(own.extra, near.found.x)
             problem = replace(problem, start=near.found.x)
-        found = self.find(_with_loads(problem, loads))
+        found = self.find(problem.with_energies(contacts))
         self.history = (*self.history, *found.history)
         return TravelPoint(d, found, self._contact_force(found, found.x, d))
 
     def _body_contacts(self, found: Equilibrium) -> list[Any]:
         """Return the contacts of the rigid body in an equilibrium."""
-        driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.not_proportional]
-        count = len(self.problem.assembly.loads)
-        own = {number % count for number in self.press.contacts}
-        return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
+        return [found.contacts[name] for name in self.press.contacts]
 
     def _contact_force(self, found: Equilibrium, x: Floats, d: float) -> float:
         """Return the force on the deformable body along the travel, N, in a state x with the rigid body at d, m."""
@@ -213,9 +206,7 @@ class _PositionSearch:
         It is 0 for a singular tangent.
         """
         x, found = here.found.x, here.found
-        last = iter(found.beside)
-        loads: list[Any] = [next(last) if energy.not_proportional else energy for energy in self.problem.assembly.loads]
-        assembly = self.problem.assembly.joined(loads)
+        assembly = self.problem.assembly.with_energies(found.contacts)
         own = self._body_contacts(found)
         e = SMALL * min(c.barrier.distance for c in own)
         change = np.zeros(assembly.dofs)
@@ -292,13 +283,3 @@ class _PositionSearch:
         gave_way = {"gave_way": True} if self._snaps_through(here) else {}
         known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places} | gave_way
         return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
-
-
-def _with_loads(problem: Statics, loads: Sequence[Any]) -> Statics:
-    """Return the problem with other loads, also for its corotational twin."""
-
-    def each(assembly: Assembly) -> Assembly:
-        """Return an assembly with the other loads."""
-        return assembly.joined(list(loads))
-
-    return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly, numbered
-from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats
+from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.stabilization_spring import STABILIZATION, StabilizationSpring
 from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
 
@@ -78,7 +78,7 @@ def _load_resultant(problem: Statics) -> float:
 def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: float) -> float:
     """Return the spring force relative to the nodal forces of loads and contacts, or to `least`, N, if larger."""
     f = np.zeros(assembly.dofs)
-    meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
+    meets = [(pair, 1.0) for pair in assembly.pair_contacts.values()]
     for energy, scale in (*assembly.loads_with_factors(1.0), *meets):
         energy.add_gradient(x, f, scale)
     own, whole = (float(np.linalg.norm(each, axis=1).sum()) for each in (ground.forces(x), f[ground.stencils]))
@@ -87,15 +87,12 @@ def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: F
 
 def _with_stabilization_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
     """Return the problem with another stabilising spring."""
-    spring = numbered(STABILIZATION, [ground])
-    twin = problem.twin and problem.twin.with_energies(spring)
-    return replace(problem, assembly=problem.assembly.with_energies(spring), twin=twin)
+    return problem.with_energies(numbered(STABILIZATION, [ground]))
 
 
 def _with_bodies_in_final_positions(assembly: Assembly) -> Assembly:
     """Return the assembly with rigid bodies already in their final positions at the start."""
-    known: list[Any] = list(assembly.loads)
-    return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.not_proportional else e for e in known])
+    return assembly.with_energies({n: replace(e, earlier=None) for n, e in assembly.rigid_contacts.items()})
 
 
 def _failure_reason(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:

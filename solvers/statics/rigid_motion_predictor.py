@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,20 +21,15 @@ def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
     The motion d solves (K + C) d = C v, with K the tangent stiffness, C the stiffness of sticking contacts and v the
     motion of each node with its rigid body.
     """
-    assembly, way, old = problem.assembly, np.zeros_like(x), []
-    for energy in assembly.loads:
-        known: Any = energy
-        old.append(
-            known.with_sticking_points(x, way)
-            if energy.has_friction
-            else known.before()
-            if energy.not_proportional
-            else energy
-        )
-    C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.not_proportional]).tangent(x, 1.0)
+    assembly, way = problem.assembly, np.zeros_like(x)
+    old = {
+        name: contact.with_sticking_points(x, way) if contact.has_friction else contact.before()
+        for name, contact in assembly.rigid_contacts.items()
+    }
+    C = Assembly(assembly.dofs, problem.fixed, [], old).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
-    return predict_by_linear_response(problem, assembly.acting(assembly.internal, old), x, change)
+    return predict_by_linear_response(problem, assembly.with_energies(old), x, change)
 
 
 def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
@@ -42,10 +37,9 @@ def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to:
 
     The nodes stay in the state x.
     """
-    found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
-    for energy in known:
-        if energy.not_proportional:
-            energy.at(load).add_force_change_of_motion(x, energy.at(to).body, found)
+    found = np.zeros(assembly.dofs)
+    for contact in assembly.rigid_contacts.values():
+        contact.at(load).add_force_change_of_motion(x, contact.at(to).body, found)
     return found
 
 
@@ -55,18 +49,17 @@ def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
     Points in contact move with their rigid body. The state is returned unchanged if the earlier positions of rigid
     bodies are unknown, or the tangent is singular.
     """
-    if any(energy.has_friction for energy in problem.assembly.loads):
+    contacts = problem.assembly.rigid_contacts
+    if any(contact.has_friction for contact in contacts.values()):
         return predict_sticking_motion(problem, x)
-    known: list[Any] = list(problem.assembly.loads)
-    each = [energy.not_proportional and energy.earlier is not None for energy in known]
-    if not any(each):
+    moving = {name: contact for name, contact in contacts.items() if contact.earlier is not None}
+    if not moving:
         return x
-    loads = [energy.before() if energy.not_proportional else energy for energy in known]
+    old = {name: contact.before() for name, contact in moving.items()}
     change = np.zeros(problem.assembly.dofs)
-    for energy, was, moves in zip(known, loads, each, strict=True):
-        if moves:
-            was.add_force_change_of_motion(x, energy.body, change)
-    return predict_by_linear_response(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
+    for name, contact in moving.items():
+        old[name].add_force_change_of_motion(x, contact.body, change)
+    return predict_by_linear_response(problem, problem.assembly.with_energies(old), x, change)
 
 
 def predict_by_linear_response(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
@@ -84,7 +77,7 @@ def predict_by_linear_response(problem: Statics, before: Assembly, x: Floats, ch
     from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
     d = before.limit(x, d) * d
-    was, now = ([e.at(1.0) for e in list[Any](each.loads) if e.not_proportional] for each in (before, problem.assembly))
+    was, now = ([e.at(1.0) for e in each.rigid_contacts.values()] for each in (before, problem.assembly))
     part = collision_free_fraction(was, x, d, now)
     if part == 0.0:
         raise NotConverged("moving from the previous state, rigid bodies would pass through the surface")

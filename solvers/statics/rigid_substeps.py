@@ -32,7 +32,7 @@ def count_substeps(problem: Statics) -> int:
 
     It is 1 if no body is thinner than its motion, or the motion cannot be split.
     """
-    contacts = _rigid_contacts(problem)
+    contacts = problem.assembly.rigid_contacts.values()
     if problem.has_friction or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
     return max((_substeps_needed(contact) for contact in contacts), default=1)
@@ -40,36 +40,36 @@ def count_substeps(problem: Statics) -> int:
 
 def presses_on_nodes(found: Equilibrium) -> bool:
     """Return whether, in an equilibrium, every rigid body presses on at least one mesh node."""
-    return all(contact.presses_on_nodes(found.x) for contact in found.beside)
+    return all(contact.presses_on_nodes(found.x) for contact in found.contacts.values())
 
 
 def solve_in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
     """Return the equilibrium after `count` substeps, each solved by `find` from the last one. Raises NotConverged."""
-    contacts, history, x = _rigid_contacts(problem), tuple[Iteration, ...](), problem.start
+    contacts, history, x = problem.assembly.rigid_contacts, tuple[Iteration, ...](), problem.start
     first = np.zeros_like(problem.target) if x is None else (x - problem.rest)[problem.fixed]
-    places, extras = [_body_at_start(c) for c in contacts], [c.extra for c in contacts]
+    places = {name: (_body_at_start(c), c.extra) for name, c in contacts.items()}
     found: Equilibrium | None = None
     for number in range(1, count + 1):
         share = number / count
-        moved = []
-        for contact, place, extra in zip(contacts, places, extras, strict=True):
+        moved = dict[str, Any]()
+        for name, contact in contacts.items():
+            place, extra = places[name]
             end = _interpolate_motion(_body_at_start(contact), contact.posed(1.0), share)
             own = replace(contact, posed=contact.posed if number == count else _FixedPosition(end), earlier=place)
-            moved.append(
+            moved[name] = (
                 own if extra is contact.extra else own.with_added_points(extra, problem.rest if x is None else x)
             )
         target = first + share * (problem.target - first)
         try:
-            found = find(replace(_with_contacts(problem, moved), target=target, start=x))
+            found = find(replace(problem.with_energies(moved), target=target, start=x))
         except NotConverged as failure:
             reason = f"{failure.reason} (in substep {number} of {count})"
             raise NotConverged(reason, (*history, *failure.history), failure.facts, failure.unstable) from failure
         history, before, x = (*history, *found.history), problem.rest if x is None else x, found.x
-        if any(sweeps_centroid(contact, before, x) for contact in moved):
+        if any(sweeps_centroid(contact, before, x) for contact in moved.values()):
             reason = f"facets penetrate a rigid body down to its centre (in substep {number} of {count}): {FINER}"
             raise NotConverged(reason, history, found.facts)
-        places = [contact.body for contact in found.beside]
-        extras = [contact.extra for contact in found.beside]
+        places = {name: (contact.body, contact.extra) for name, contact in found.contacts.items()}
     assert found is not None
     return replace(found, history=history, load_steps=count)
 
@@ -88,22 +88,6 @@ class _FixedPosition:
     def pose(self, share: float) -> RigidMotion:
         """Return the motion of the body from its declared position, which does not depend on the load factor."""
         return _rigid_motion_of_body(self.body)
-
-
-def _rigid_contacts(problem: Statics) -> list[Any]:
-    """Return the rigid contacts of a problem."""
-    return [energy for energy in problem.assembly.loads if energy.not_proportional]
-
-
-def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
-    """Return the problem with its rigid contacts, which are the last of its loads, replaced by `contacts`."""
-
-    def each(assembly: Any) -> Any:
-        """Return an assembly with its rigid contacts replaced by `contacts`."""
-        plain = [energy for energy in assembly.loads if not energy.not_proportional]
-        return assembly.joined([*plain, *contacts])
-
-    return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))
 
 
 def _substeps_needed(contact: Any) -> int:

@@ -30,7 +30,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, VectorSpace
+from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.linear_solver import LinearSolverOptions, LinearSystems
@@ -217,7 +217,7 @@ def _move_with_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     If surfaces may meet, the motion is split into parts, with an equilibrium after each. Friction limits the parts:
     otherwise corners interlock that should slide past each other.
     """
-    wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
+    wandering = newton.assembly.pair_contacts.values()
     if not wandering:
         return newton.move_with_supports(x, left, 1.0)
     most = max(LONGEST, min(energy.largest_support_step for energy in wandering) / float(np.abs(left).max()))

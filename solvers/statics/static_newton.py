@@ -128,8 +128,7 @@ class Newton:
 
     def _rigid_contacts(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
-        known: list[Any] = list(self.assembly.loads)
-        return [energy.at(load) for energy in known if energy.not_proportional]
+        return [contact.at(load) for contact in self.assembly.rigid_contacts.values()]
 
     def _support_response(
         self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None

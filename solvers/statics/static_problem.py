@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import field
-from typing import Any, Literal, Protocol
+from collections.abc import Callable, Mapping
+from dataclasses import field, replace
+from typing import Any, Literal, Protocol, Self
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints, Space
+from softmark.solvers.energies.energy import Energy, Floats, Ints, Space
 from softmark.solvers.energies.stabilization_spring import STABILIZATION
 from softmark.solvers.linear import factorisations as linear
 from softmark.solvers.linear.linear_solver import LinearSolverOptions
@@ -83,7 +83,7 @@ class Equilibrium:
     condition: float | None = None  # condition number of the scaled tangent, a lower estimate; None: no direct factor
     rounding: float | None = None  # relative rounding error of the state; None: not measured
     left: Floats | None = None  # (dofs,) next Newton step by the last factor; None: no factor
-    beside: tuple[Any, ...] = ()  # contacts with rigid bodies in this state
+    contacts: dict[str, Any] = field(default_factory=dict)  # contacts with rigid bodies in this state, by name
 
     @property
     def iterations(self) -> int:
@@ -174,6 +174,11 @@ class Statics:
     way: SupportPath | None = None
     resultant: Callable[[Floats], float] | None = None
 
+    def with_energies(self, others: Mapping[str, Energy]) -> Self:
+        """Return the problem with other energies of the same names, also in its corotational twin."""
+        twin = None if self.twin is None else self.twin.with_energies(others)
+        return replace(self, assembly=self.assembly.with_energies(others), twin=twin)
+
     @property
     def has_imposed_motion(self) -> bool:
         """True if a nonzero value is imposed, at full load or before."""
@@ -182,15 +187,12 @@ class Statics:
     @property
     def may_contact(self) -> bool:
         """True if contact is possible, so that full steps may oscillate in and out of it."""
-        return any(
-            e.not_proportional or isinstance(e, DynamicPatternEnergy)
-            for e in (*self.assembly.internal, *self.assembly.loads)
-        )
+        return bool(self.assembly.rigid_contacts or self.assembly.pair_contacts)
 
     @property
     def has_rigid_bodies(self) -> bool:
         """True if there are rigid bodies."""
-        return any(energy.not_proportional for energy in self.assembly.loads)
+        return bool(self.assembly.rigid_contacts)
 
     @property
     def has_stabilizing_spring(self) -> bool:

@@ -59,8 +59,8 @@ from softmark.solvers.statics.residual_forces import resultant_on
 from softmark.solvers.statics.static_equilibrium import Equilibrium, LinearSolverOptions, Statics, equilibrium
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.models.shared.unsupported_bodies import UnsupportedBody
+    from softmark.solvers.contact.interaction_state import InteractionState
     from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.energies.elastic_foundation import ElasticFoundation
     from softmark.solvers.mesh.shape import Shape
@@ -94,7 +94,7 @@ class PreparedSolid(MeshBasedModel):
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # active energy of each muscle
     contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # contacts with rigid bodies, by name
-    rubbed: Past = field(default_factory=dict)  # friction history of the previous state, by contact
+    interactions: Mapping[str, InteractionState] = field(default_factory=dict)  # after the previous state, by name
     loose: UnsupportedBody | None = None  # set if supports leave the body free and contact must hold it
 
     @property
@@ -196,8 +196,8 @@ class PreparedSolid(MeshBasedModel):
         notes = (*self._large_rotation_warnings(x), *self._kirchhoff_compression_warnings(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._replaced_solver_message(found)))) or None
-        met = interaction_setup.contact_state(self, u, beside, facts)
-        moved = DeformedBody(self.mesh, u, pressures=pressures, left=left, **met)
+        states = interaction_setup.interaction_states(self, u, beside)
+        moved = DeformedBody(self.mesh, u, pressures=pressures, left=left, interactions=states)
         modes = frequencies_about(
             interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear
         )
@@ -213,7 +213,7 @@ class PreparedSolid(MeshBasedModel):
                 "another strain measure"
             )
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        return replace(seen, carried=cache(lambda: self._nodal_forces(found.x, x, beside, met["rubbed"])))
+        return replace(seen, carried=cache(lambda: self._nodal_forces(found.x, x, beside, states)))
 
     def nodal_forces_in_state(self, state: Floats) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state (dofs,), with contacts as they are initially and no friction history."""
@@ -224,18 +224,18 @@ class PreparedSolid(MeshBasedModel):
         return _mass(self.model, self.pieces)
 
     def _nodal_forces(
-        self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
+        self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], states: Mapping[str, InteractionState]
     ) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state with displacements u (3 n,), m.
 
-        `beside` are the contacts in that state, and `rubbed` is the friction history, each by contact.
+        `beside` are the contacts in that state, and `states` are those of all interactions, each by name.
         """
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.assembly_without_stabilization(self, beside)
         found = nodal_forces.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = nodal_forces.add_foundation_forces(found, self.beds) if self.beds else found
-        return interaction_setup.add_contact_forces(found, beside, self, rubbed)
+        return interaction_setup.add_contact_forces(found, beside, self, states)
 
     def _replaced_solver_message(self, found: Equilibrium) -> str:
         """Return a message if Pardiso was requested but another linear solver was used, else an empty text."""

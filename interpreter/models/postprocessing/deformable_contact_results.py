@@ -20,11 +20,11 @@ from softmark.solvers.contact.deformable_friction import DeformableFriction
 from softmark.solvers.contact.surface_separation import least_facing_distance
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.friction_history import FrictionHistory
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.contact.contact_surface import ContactSurface
     from softmark.solvers.contact.deformable_contact import IpcContact
     from softmark.solvers.contact.deformable_friction import TangentialCoupling
+    from softmark.solvers.contact.interaction_state import FrictionState
     from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
@@ -39,7 +39,7 @@ def contact_result(
     mesh: Mesh,
     x: Floats,
     u: Floats,
-    own: FrictionHistory | None,
+    own: FrictionState | None,
     force: Floats | None = None,
 ) -> ContactNumbers:
     """Return the result of a contact with nodes at x (n, 3), m, and displacements u (3 n,), m.
@@ -124,7 +124,7 @@ def _least_opposite_distance(skin: ContactSurface, mesh: Mesh, u: Floats) -> flo
 
 
 def _friction_result(
-    contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: FrictionHistory, n: int
+    contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: FrictionState, n: int
 ) -> tuple[Friction, dict[str, Floats]]:
     """Return the friction result, and the nodal slip and sticking state (n,), of a contact between two surfaces.
 

@@ -212,10 +212,7 @@ class RecoveredMesh(MeshData):
     frames: Floats | None = None
     pressures: Floats | None = None
     left: Floats | None = None
-    beside: Mapping[str, Any] = field(default_factory=dict)
-    rubbed: Mapping[str, Any] = field(default_factory=dict)
-    stiffer: float = 1.0
-    joined: Mapping[str, Any] = field(default_factory=dict)
+    interactions: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def displacement(self) -> Floats:

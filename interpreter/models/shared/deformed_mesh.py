@@ -14,9 +14,7 @@ from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.friction_history import Past
-    from softmark.solvers.contact.signed_distance.distance_function import Gap
-    from softmark.solvers.contact.surface_points import AddedContactPoints
+    from softmark.solvers.contact.interaction_state import InteractionState
 
 FRAMES = 40  # largest number of stored states for exported files
 
@@ -65,17 +63,14 @@ class MeshData:
 
 @dataclass(frozen=True)
 class DeformedBody(MeshData):
-    """Mesh with nodal displacements and, if known, its time history, pressures and contact state."""
+    """Mesh with nodal displacements and, if known, its time history, pressures and interaction states."""
 
     displacement: Floats  # (n, 3) m
     times: Floats | None = None  # (t,) s
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
     left: Floats | None = None  # (n, 3) m: displacements of the next Newton step, if known
-    beside: Mapping[str, Gap] = field(default_factory=dict)  # present rigid bodies, by contact
-    rubbed: Past = field(default_factory=dict)  # friction history, by contact
-    stiffer: float = 1.0  # present stiffness of the barriers, relative to their initial stiffness
-    joined: Mapping[str, AddedContactPoints] = field(default_factory=dict)  # contact points added on facets, by contact
+    interactions: Mapping[str, InteractionState] = field(default_factory=dict)  # states of the contacts, by name
 
 
 def fields_of_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:

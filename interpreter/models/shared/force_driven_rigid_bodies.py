@@ -15,6 +15,7 @@ import numpy as np
 from softmark.interpreter.models.shared.rigid_body_load_setup import driving_force
 from softmark.interpreter.models.shared.rigid_contact_setup import PrescribedPosition
 from softmark.interpreter.problem.body_case import Case, RigidBodyContact
+from softmark.solvers.contact.interaction_state import InteractionState
 from softmark.solvers.contact.rigid_friction import RigidFriction
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.statics.force_controlled_rigid_body import ForceControl
@@ -27,10 +28,9 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
         return None
     along = touches[0].along
     assert along is not None
-    first = [*contacts].index
-    numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
+    names = tuple(touch.name for touch in touches)
     begun = _rigid_body_translation(contacts[touches[0].name].earlier)[along]
-    return ForceControl(along, driving_force(touches[0]), float(begun), numbers, _contact_at_travel)
+    return ForceControl(along, driving_force(touches[0]), float(begun), names, _contact_at_travel)
 
 
 def _contact_at_travel(contact: Any, d: float) -> Any:
@@ -48,17 +48,17 @@ def _rigid_body_translation(body: Any) -> tuple[float, float, float]:
     return body.pose.shift if isinstance(body, MovedGap) else RigidMotion().shift
 
 
-def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
+def move_rigid_bodies(case: Case, states: Mapping[str, InteractionState]) -> Case:
     """Return a case with its force-driven rigid bodies moved to their positions in a solved state.
 
-    `beside` has the rigid bodies in that state, by name of the contact.
+    `states` has the states of the contacts, by name.
     """
 
     def each(touch: RigidBodyContact) -> RigidBodyContact:
         """Return a contact with its rigid body moved; the contact itself if its rigid body is not driven by a load."""
-        if touch.along is None or touch.name not in beside:
+        if touch.along is None or touch.name not in states:
             return touch
-        return replace(touch, force_travel=float(_rigid_body_translation(beside[touch.name])[touch.along]))
+        return replace(touch, force_travel=float(_rigid_body_translation(states[touch.name].body)[touch.along]))
 
     return replace(case, contacts=tuple(map(each, case.contacts)))
 

@@ -22,7 +22,7 @@ from softmark.interpreter.models.shared.solid_dynamics import (
 from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly, numbered
 from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidBody, make_contact_with_free_body
 from softmark.solvers.contact.rigid_body_loads import RigidBodyLoad
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
@@ -111,19 +111,23 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
     problem, dofs = motion.problem, motion.problem.assembly.dofs
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
     made = [_create_free_body(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
-    chart, names, own = FreeBodyChart(made), tuple(bodies), [t.rigid.name for t in case.contacts]
-    plain = [load for load in problem.assembly.loads if not load.not_proportional]
-    contacts: list[Any] = [load for load in problem.assembly.loads if load.not_proportional]
-    contacts = [
-        make_contact_with_free_body(c, chart, names.index(n)) if n in bodies else c
-        for c, n in zip(contacts, own, strict=True)
-    ]
+    chart, names, known = FreeBodyChart(made), tuple(bodies), problem.assembly
+    loads: dict[str, Energy] = {
+        name: DisplacementEnergy(load, dofs)
+        for name, load in zip(known.names[1], known.loads, strict=True)
+        if name not in known.rigid_contacts
+    }
+    bodies_of = {touch.name: touch.rigid.name for touch in case.contacts}
+    contacts = {
+        name: make_contact_with_free_body(c, chart, names.index(body)) if (body := bodies_of[name]) in bodies else c
+        for name, c in known.rigid_contacts.items()
+    }
     pulls, amplitudes = _rigid_body_loads(chart, bodies)
     assembly = Assembly(
         dofs + 6 * len(made),
         problem.fixed,
-        problem.assembly.internal,
-        [*pulls, *(DisplacementEnergy(load, dofs) for load in plain), *contacts],
+        known.internal,
+        numbered("rigid body load", pulls) | loads | contacts,
     )
     sound = problem.sound
     fitted = replace(

@@ -17,13 +17,12 @@ from softmark.solvers.energies.stabilization_spring import STABILIZATION
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
-    from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.models.shared.unsupported_bodies import UnsupportedBody
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.interaction_state import InteractionState
     from softmark.solvers.contact.rigid_contact import RigidContact
-    from softmark.solvers.contact.signed_distance.distance_function import Gap
     from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.element_interpolation import IntegrationPoints
     from softmark.solvers.mesh.mesh import Mesh
@@ -150,13 +149,13 @@ def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
         return case
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
 
-    return force_driven_rigid_bodies.move_rigid_bodies(case, mesh.beside)
+    return force_driven_rigid_bodies.move_rigid_bodies(case, mesh.interactions)
 
 
 def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
     """Return the contacts of a solid at the equilibrium `found`, with stiffened barriers and added contact points."""
-    contacts: dict[str, RigidContact] = solid.contacts
-    return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
+    contacts: dict[str, RigidContact] = found.contacts or solid.contacts
+    return contacts
 
 
 def describe_free_motions(
@@ -202,61 +201,40 @@ def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
 
 
 def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
-    """Return a solid whose contacts continue from the previous state.
-
-    Rigid body positions and friction history are taken from `before`.
-    """
+    """Return a solid whose interactions continue from their states after the previous state `before`."""
     known: Any = made  # a dataclass with a problem, its beds and its contacts
-    if not (before.beside or before.rubbed):
+    if not (states := before.interactions):
         return made
-    beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
-    for name, extra in before.joined.items():
-        contacts[name] = contacts[name].with_added_points(extra, before.displacement.ravel())
-    if before.rubbed:
-        from softmark.interpreter.models.shared import friction_history
-
-        known = replace(known, rubbed=before.rubbed)
-        beds, contacts = (friction_history.resume_contacts(own, before.rubbed) for own in (beds, contacts))
-
+    x = before.displacement.ravel()
+    beds, contacts = (
+        {name: own.resumed(states[name], x) if name in states else own for name, own in each.items()}
+        for each in (known.beds, known.contacts)
+    )
     others, exact = {**beds, **contacts}, known.problem.exact
     exact = None if exact is None else exact.with_energies(others)
     problem = replace(known.problem, assembly=known.problem.assembly.with_energies(others), exact=exact)
-    found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts)
+    found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts, interactions=states)
     return found
 
 
-def contact_state(
-    solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return the contact state of a solid at displacements u (n, 3), m.
+def interaction_states(solid: Any, u: Floats, contacts: Mapping[str, RigidContact]) -> dict[str, InteractionState]:
+    """Return the states of the interactions of a solid at displacements u (n, 3), m, by name.
 
-    It consists of rigid body positions, friction history, barrier stiffening and added contact points.
+    `contacts` are its contacts with rigid bodies in that state. An interaction without a state is left out.
     """
-    remembered = friction_histories({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
-    joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
-    own = {"beside": rigid_bodies_by_contact(contacts), "stiffer": facts.get("stiffened", 1.0), "rubbed": remembered}
-    return own | {"joined": joined}
-
-
-def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
-    """Return the friction history of each contact at displacements u (3 n,), m; empty without friction.
-
-    `before` is the history of the previous state.
-    """
-    if not any(contact.has_friction for contact in contacts.values()):
-        return {}
-    from softmark.interpreter.models.shared.friction_history import histories_after
-
-    return histories_after(contacts, u, before)
+    energies: dict[str, Energy] = {**solid.beds, **contacts}
+    found = {name: own.interaction_state(u.ravel(), solid.interactions.get(name)) for name, own in energies.items()}
+    return {name: state for name, state in found.items() if state is not None}
 
 
 def add_contact_forces(
-    found: NodalForces, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past
+    found: NodalForces, contacts: Mapping[str, RigidContact], solid: Any, states: Mapping[str, InteractionState]
 ) -> NodalForces:
     """Return the nodal forces of a solid with the forces of rigid contacts, self-contact and friction added.
 
-    `rubbed` is the friction history, by contact.
+    `states` are the states of the interactions, by name.
     """
+    rubbed = {name: state.friction for name, state in states.items() if state.friction is not None}
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
         from softmark.interpreter.models.postprocessing import nodal_forces
@@ -268,12 +246,7 @@ def add_contact_forces(
 
         touches |= {n: contact_result(case, solid.beds[n], solid.mesh, found.x, u, rubbed.get(n)) for n in own}
     if rubbed:
-        from softmark.interpreter.models.shared.friction_history import add_friction_result
+        from softmark.interpreter.models.postprocessing.rigid_friction_results import add_friction_result
 
         touches |= {n: add_friction_result(touches[n], contact, u, rubbed.get(n)) for n, contact in contacts.items()}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
-
-
-def rigid_bodies_by_contact(contacts: Mapping[str, RigidContact]) -> dict[str, Gap]:
-    """Return the gap function of the rigid body of every contact in its present position, by contact."""
-    return {name: contact.body for name, contact in contacts.items()}

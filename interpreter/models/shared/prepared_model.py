@@ -18,11 +18,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
     from softmark.interpreter.models.postprocessing.contact_history_results import ContactHistoryResults
     from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
-    from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
-    from softmark.solvers.contact.signed_distance.distance_function import Gap
-    from softmark.solvers.contact.surface_points import AddedContactPoints
+    from softmark.solvers.contact.interaction_state import InteractionState
     from softmark.solvers.dynamics.time_step_error import StepError
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.model_reduction.reduction_error import ReductionError
@@ -36,7 +34,7 @@ Status = Literal["converged", "capped", "read", "not_converged", "diverged", "fa
 
 
 class DeformedMesh(Protocol):
-    """Interface of a mesh with nodal displacements and contact state, for exported files and for the next state.
+    """Interface of a mesh with nodal displacements and interaction states, for exported files and for the next state.
 
     `shared/deformed_mesh.py: DeformedBody` implements it.
     """
@@ -78,20 +76,8 @@ class DeformedMesh(Protocol):
         """Nodal displacements (n, 3), m, of the next Newton step, if known."""
 
     @property
-    def rubbed(self) -> Past:
-        """Friction history up to this state, by name of the contact."""
-
-    @property
-    def beside(self) -> Mapping[str, Gap]:
-        """Gap functions of the rigid bodies at their present positions, by name of the contact."""
-
-    @property
-    def stiffer(self) -> float:
-        """Present stiffness of the barriers of rigid contacts, relative to their initial stiffness."""
-
-    @property
-    def joined(self) -> Mapping[str, AddedContactPoints]:
-        """Contact points that the solver has added on facets, by name of the contact."""
+    def interactions(self) -> Mapping[str, InteractionState]:
+        """States of the contacts that the next state continues from, by name."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.motion_history import KEPT, History
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly, numbered
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.energy_balance import LOSS
@@ -59,11 +59,6 @@ class PreparedMotion:
     problem: Dynamics
     mesh: Mesh | None
     case: Case | None = field(default=None, kw_only=True)  # case, needed for contacts
-
-    @property
-    def rigid_contact_names(self) -> tuple[str, ...]:
-        """Names of the contacts with rigid bodies, in the order of the scene."""
-        return () if self.case is None else tuple(touch.name for touch in self.case.contacts)
 
     @property
     def friction_contact_names(self) -> tuple[str, ...]:
@@ -206,9 +201,8 @@ class PreparedMotion:
             return None
         from softmark.interpreter.models.postprocessing.contact_history_results import ContactHistoryResults
 
-        own: list[Any] = [load for load in self.problem.assembly.loads if load.not_proportional]
         small = vars(self.declared.thing).get("strain") == "small"
-        contacts = dict(zip(self.rigid_contact_names, own, strict=True))
+        contacts = self.problem.assembly.rigid_contacts
         meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, DynamicPatternEnergy)}
         return ContactHistoryResults(self.case, contacts, meets, self.mesh, track, small)
 
@@ -437,20 +431,23 @@ def build_solid_dynamics(
     check_amplitudes(case, analysis)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
-    driven: list[Any] = [load for load in rest.assembly.loads if load.not_proportional]
-    ways = [amplitude_of_rigid(touch) for touch in case.contacts]
-    contacts = [contact.at(way.at(0.0)).without_initial_energy() for contact, way in zip(driven, ways, strict=True)]
+    ways = {touch.name: amplitude_of_rigid(touch) for touch in case.contacts}
+    contacts = {
+        name: contact.at(ways[name].at(0.0)).without_initial_energy()
+        for name, contact in rest.assembly.rigid_contacts.items()
+    }
     meets = [energy for energy in internal if isinstance(energy, DynamicPatternEnergy)]
     internal = [energy for energy in internal if not isinstance(energy, DynamicPatternEnergy)]
+    acting = numbered("load", [energy for _, energy in loads])
     problem = Dynamics(
-        Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
+        Assembly(dofs, rest.fixed, internal, acting | contacts),
         mass,
         np.zeros(dofs),
         initial_velocities(analysis, mesh.points, mass),
         rest.fixed,
         rest.target,
         support_amplitude(case),
-        (*(amplitude_of(load) for load, _ in loads), *ways),
+        (*(amplitude_of(load) for load, _ in loads), *(ways[name] for name in contacts)),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator,
         analysis.tolerance,
