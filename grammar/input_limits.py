@@ -39,8 +39,8 @@ def report_binary_file(source: Source) -> Diagnostic | None:
 def report_hidden_diagnostics(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
     """Return a diagnostic with the number of diagnostics that are not shown."""
     count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
-    help = "correct those above first"
-    return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", help)
+    verb, help = "are" if hidden > 1 else "is", "correct the errors above first"
+    return Diagnostic("E199", f"{count} {verb} not shown", source, last.span, "the last one shown", help)
 
 
 # ---------------------------------------------------------------------- of one declaration
@@ -50,7 +50,7 @@ def report_oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
     """Report brackets that are nested too deeply, or a literal that is too long."""
     if chunk.too_deep:
         message = f"brackets are nested deeper than {MAX_NESTING}"
-        return Diagnostic("E122", message, source, chunk.too_deep.span, "one too many")
+        return Diagnostic("E122", message, source, chunk.too_deep.span, "one bracket too many")
     for token in chunk.tokens:
         if len(token.text) > MAX_LITERAL and token.kind in ("NUMBER", "STRING", "NAME", "PATH", "UNIT"):
             message = f"this is {len(token.text)} characters long; the longest allowed is {MAX_LITERAL}"
@@ -120,7 +120,7 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
     help = f"write `({quantity})^{power}` for a power of the quantity"
     if isinstance(exponent, Number) and not exponent.unit and "^" not in unit.text:
         help = f"write `{quantity}^{power}` for the unit, `({quantity})^{power}` for the quantity"
-    message, fix = "a power of the unit, or of the quantity?", None
+    message, fix = "this power is ambiguous: it may apply to the unit or to the quantity", None
     if "^" in unit.text:
         message = "this power is ambiguous: the unit already has a power"
         fix = Fix(f"({quantity})^{power}", span_between(base.span, exponent.span))

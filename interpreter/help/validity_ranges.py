@@ -73,10 +73,11 @@ def _lines_of_study(measured: Json, constructor: str) -> list[str]:
     if not own:
         return []
     head = [
-        f"Measured range: `{measured['title']}`, with everything else as in that scene; right means within "
-        f"{100 * measured['within']:g} % of its reference.",
-        f"From {measured['points']} points by `dsl robustness {measured['scene']} --timeout {measured['seconds']:g}`, "
-        f"softmark {measured['softmark']}; an end without a remark was the last one tested:",
+        f"Measured range, in the scene `{measured['title']}`: one quantity is varied, and all others stay as in the "
+        f"scene. A result is right if it is within {100 * measured['within']:g} % of the reference; (reported) means "
+        "that the model itself warns or states such an error.",
+        f"Softmark {measured['softmark']} tested {measured['points']} points by `dsl robustness {measured['scene']} "
+        f"--timeout {measured['seconds']:g}`. If nothing follows an end of a range, no value beyond it was tested:",
     ]
     return head + [line for model in own for line in _lines_of_model(model)]
 

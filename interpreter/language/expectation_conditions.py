@@ -276,7 +276,7 @@ def _is_comparison_satisfied(node: tree.Compare, evaluator: Evaluator) -> bool:
             named = values[0].dimension in units.NAMES  # for another dimension, its name is its unit
             given = f"{due} in {units.usual_units(values[0].dimension)}" if named else due
             if values[0].dimension == units.NONE:
-                given = "one, or with a percentage"
+                given = "a plain number or a percentage"
             raise evaluator.place.error(
                 "E204", operand.span, f"expected {due}, found {found}", found,
                 f"`{_operand_text(evaluator, node.operands[0])}` is {due}; compare it with {given}",

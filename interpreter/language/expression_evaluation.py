@@ -192,7 +192,7 @@ class Evaluator:
                 problem = f"the components of a vector differ in dimension: {first} and {other}"
                 help = quotient_warnings.suggest_quotient(
                     item, self.place.source.text, q.dimension, items[0].dimension
-                ) or ("give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`")
+                ) or ("give each component a unit, `(L, 0 mm, 0 mm)`, or give the vector one unit, `(0, 0, 1) mm`")
                 raise self.place.error("E218", item.span, problem, other, help)
         return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
 
@@ -309,7 +309,7 @@ class Evaluator:
                 raise self.place.error("E218", argument.span,
                                       f"`{node.function.text}` cannot compare {one} with {other}",
                                       other,
-                                      "give all values in the same dimension")  # fmt: skip
+                                      "give all values the same dimension")  # fmt: skip
 
     def _apply_function(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
         try:

@@ -47,9 +47,9 @@ class BoundedDiagnostics(list[Diagnostic]):
         found = merge_repeated(dict.fromkeys(self))
         if not self.full:
             return found
-        last, problem = found[-1], f"there may be more errors: after {MOST} the check stops"
-        help = "correct those above first"
-        return [*found, Diagnostic("E131", problem, last.source, last.span, "the last one reported", help)]
+        last, problem = found[-1], f"there may be more errors: the check stops after {MOST}"
+        help = "correct the errors above first"
+        return [*found, Diagnostic("E131", problem, last.source, last.span, "the last one shown", help)]
 
 
 def merge_repeated(found: Iterable[Diagnostic]) -> list[Diagnostic]:

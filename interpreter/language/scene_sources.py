@@ -313,8 +313,8 @@ def _check_use_limits(
         return f"scenes use each other in a circle: {cycle}", "closes the circle", remedy
     if len(chain) >= DEEPEST or len(table.modules) >= MOST:
         help = f"at most {DEEPEST} scenes may use one another in a row, and {MOST} in all"
-        return "too many scenes use each other", "one too many", help
+        return "too many scenes use each other", "one scene too many", help
     if table.size + size > LARGEST:
         help = "use it once, under one name: a scene that is used several times counts as often"
-        return f"the scenes used are together larger than {LARGEST // 1_000_000} MB", "one too many", help
+        return f"the scenes used are together larger than {LARGEST // 1_000_000} MB", "exceeds the limit", help
     return None

@@ -147,7 +147,13 @@ def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
             yield found
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
-            yield diagnostic("E512", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
+            yield diagnostic(
+                "E512",
+                study.at("models"),
+                f"`{name}` is not a model of this scene",
+                "not declared here",
+                "name models of this scene, or leave `models` out",
+            )
         elif why := scene.declared[name].thing.reason_without_robustness:
             yield diagnostic("E512", study.at("models"), f"`{name}` cannot be tested in a robustness study: {why}",
                              "cannot be tested", "name models that are solved here, or leave `models` out")  # fmt: skip
@@ -206,7 +212,7 @@ def _target_error(
     at = Location(study.at("over").source, target.span)
     if again:
         return diagnostic(
-            "E512", at, f"`{study.name}` varies `{target.name}` twice", "a repetition", "name each quantity once"
+            "E512", at, f"`{study.name}` varies `{target.name}` twice", "varied again", "name each quantity once"
         )
     try:
         quantity = quantity_of(scene, target.name)

@@ -216,7 +216,7 @@ def _check_plane(declared: Declared, case: Case) -> Iterator[Diagnostic]:
             )
         elif is_directed(material) and not _is_in_plane(material):
             yield diagnostic("E365", case.body.at("material"), f"fibres of `{case.body.name}` lie neither within its "
-                             f"plane nor along z, and would move it out of {kind}", "askew",
+                             f"plane nor along z, and would move it out of {kind}", "neither in the plane nor along z",
                              "use directions within x and y, or +z only, which are the same for all z, or use a "
                              "`solid`"
                              )  # fmt: skip

@@ -200,7 +200,7 @@ def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnost
             if isinstance(thing, Torque) and thing.where is not EVERYWHERE:
                 yield diagnostic("E656", declared.at("where"), f"a moment on the rigid body `{body.name}` acts on "
                                                                "all of it",
-                                 "a part of a rigid body", "remove `where`")  # fmt: skip
+                                 "selects a part of a rigid body", "remove `where`")  # fmt: skip
         elif declared.kind != "support":
             help = (
                 PULLED if declared.kind == "load" else f"name a deformable body: a rigid body has no {declared.kind}s"
@@ -214,7 +214,7 @@ def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnost
         elif thing.where is not EVERYWHERE:
             yield diagnostic("E656", declared.at("where"), f"a support of the rigid body `{body.name}` acts on all "
                                                            "of it",
-                             "a part of a rigid body", "remove `where`")  # fmt: skip
+                             "selects a part of a rigid body", "remove `where`")  # fmt: skip
 
 
 def _is_load_of_rigid_body(scene: Scene, body: Declared, load: Any) -> bool:

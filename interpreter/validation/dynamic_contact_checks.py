@@ -42,7 +42,7 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
                 "E634",
                 metric.at("over"),
                 f"`{metric.name}` is the {metric.thing.when} value over time, but the analysis is not dynamic",
-                "no time here",
+                "a static analysis has no time",
                 "remove `over`: a static analysis has one value, or one for each state, such as `.at(50 %)`; "
                 "or use a dynamic analysis, `dynamic(...)`",
             )

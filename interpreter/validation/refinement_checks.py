@@ -158,7 +158,7 @@ def _common_error_diagnostic(
     if twin is not declared:
         both = f"`{twin.name}` and `{declared.name}`"
         return diagnostic("E531", reference.at("methods"),
-                          f"{both} have the same element and integration", "share their errors",
+                          f"{both} have the same element and integration", "models with the same errors",
                           "use another element, or hex8 with `integration = selective`")  # fmt: skip
     for field in ("strain", "material"):
         if getattr(mine, field) != getattr(theirs, field):
@@ -203,7 +203,7 @@ def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()
     if ratio >= 0.98 * RATIO:
         return find_dissimilarity(counts)
     a, b = (units.format_value(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
-    return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, but an order needs {RATIO:g} times"
+    return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, but an order needs a factor of {RATIO:g}"
 
 
 def _refinement_warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:

@@ -128,7 +128,7 @@ def _check_muscle_amplitudes(scene: Scene, states: tuple[float, ...]) -> Iterato
                 "E379",
                 muscle.at("amplitude"),
                 f"`{muscle.name}` shortens too far in part of its `amplitude`",
-                f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
+                f"its factor goes from {least:.3g} to {most:.3g}, the full shortening is {100.0 * s:.3g} %",
                 f"use smaller values: fibres shorten or lengthen by at most {100.0 * SHORTEST:g} %",
             )
 
@@ -211,7 +211,7 @@ def _check_column_numbers(reference: Declared) -> Diagnostic | None:
     """Return the error for invalid column numbers, or for both a list of columns and a single one, or None."""
     if "state" in reference.fields:
         return diagnostic("E312", reference.at("state"), f"`{reference.name}` has both a `state` and `states`",
-                          "one too many", "keep `states`, one for each state of the analysis")  # fmt: skip
+                          "only one of the two", "keep `states`, one for each state of the analysis")  # fmt: skip
     broken = next((s for s in reference.value("states").values if s != int(s)), None)
     if broken is None:
         return None

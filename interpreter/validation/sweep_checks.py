@@ -29,7 +29,7 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
     if len(sweeps) > MOST:
         last = list(sweeps)[MOST]
-        yield diagnostic("E510", studies[last].at(), f"the scene has {len(sweeps)} sweeps", "one too many",
+        yield diagnostic("E510", studies[last].at(), f"the scene has {len(sweeps)} sweeps", "one sweep too many",
                          f"write several scenes: a scene has at most {MOST} sweeps")  # fmt: skip
         return
     size = scene.table.size if scene.table else 0

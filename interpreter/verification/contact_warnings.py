@@ -178,6 +178,6 @@ def gap_warnings(declared: Declared, case: Case, rest: EquilibriumForces) -> Ite
                 + (
                     "write a smaller `distance`, or remove `distance`"
                     if "distance" in contact.fields
-                    else "add a `distance`"
+                    else "add a `distance` smaller than this gap"
                 ),
             )

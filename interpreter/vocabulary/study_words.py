@@ -57,7 +57,7 @@ class Pareto:
 
 @dataclass(frozen=True)
 class RobustnessStudy:
-    """Robustness study: varies quantities one at a time, from the scene outward, to the limit where each model fails.
+    """Robustness study: varies quantities one at a time, away from the scene's values, until each model fails.
 
     Everything else stays as declared. `over = [rubber.poisson, tip.vector, slenderness, coarse.size]` names parameters
     and fields of declared things, as in a sweep. Poisson's ratio approaches 0.5 in decades of the difference, down to
@@ -79,8 +79,8 @@ class RobustnessStudy:
 
     `until = failure` continues through inaccurate points until the model gives no result; `inaccuracy` stops at the
     first point that is not right. `maps = pairs` adds a coarse grid for each pair of quantities and each model; `auto`
-    does so if there are at most three quantities. `dsl robustness` runs it; a scene without such a study gets one over
-    all its numbers.
+    does so if there are at most three quantities. `dsl robustness` runs the study; a scene without such a study gets
+    one over all its numbers.
     """
 
     over: Annotated[

@@ -222,9 +222,9 @@ def test_after_twenty_diagnostics_the_rest_is_counted() -> None:
     found = errors("material m : f()\n" * 57)
     assert len(found) == MAX_DIAGNOSTICS + 1
     assert found[-1].code == "E199"
-    assert found[-1].message == "37 more syntax errors not shown"
+    assert found[-1].message == "37 more syntax errors are not shown"
     assert len(errors("material m : f()\n" * 20)) == 20
-    assert errors("material m : f()\n" * 21)[-1].message == "1 more syntax error not shown"
+    assert errors("material m : f()\n" * 21)[-1].message == "1 more syntax error is not shown"
 
 
 def test_a_binary_file_is_one_error() -> None:

@@ -252,7 +252,7 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     own = {(e["quantity"], e["direction"]): e for e in study["edges"]}
     assert own["m", "down"]["last_right"] in (2.0, 3.0, 4.0)
     assert own["soft", "down"]["last_right"] == 0.1
-    assert "right within 5 % error" in shown.out
+    assert "right: error of at most 5 %" in shown.out
     assert f"{found['summary']['points']} points" in shown.out
 
 

@@ -105,7 +105,7 @@ def test_meshes_must_refine_as_their_sizes_say() -> None:
     assert bar.counts(7.6e-3) == (4, 1, 23)
     assert extrapolation_obstacle(bar, [7.6e-3, 3.8e-3, 2.5333e-3]) is None
     why = extrapolation_obstacle(bar, [12e-3, 9e-3, 6e-3])
-    assert why == "cells of 6 mm are only 1.14 times finer than those of 9 mm, but an order needs 1.3 times"
+    assert why == "cells of 6 mm are only 1.14 times finer than those of 9 mm, but an order needs a factor of 1.3"
     differ = str(
         extrapolation_obstacle(bar, [19e-3, 9.5e-3, 4.75e-3])
     )  # sections of 2, 4, 6 cells across, 1, 1, 2 rings

@@ -125,7 +125,7 @@ def _ended_load_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     """Return warnings about loads that are zero at the imported time but not before."""
     return [
         Diagnostic("W757", make_visible(f"{path.name}: {own.described}"), None, None,
-                   help=f"it is 0 in the scene; `--at {own.when:g}` imports the time at which it is largest")
+                   help=f"the scene has 0 for it; `--at {own.when:g}` imports the time at which it is largest")
         for own in found.ended
     ]  # fmt: skip
 

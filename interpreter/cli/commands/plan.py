@@ -29,7 +29,8 @@ def run(parsed: argparse.Namespace) -> int:
     plan = plan_of(scene, tuple(parsed.model))
     rows = [(t.kind, t.name, make_visible(t.detail), f"line {t.asked.span.line}") for t in plan.tasks]
     widths = [max((len(r[i]) for r in rows), default=0) for i in range(2)]
-    print(f"{make_visible(scene.title)}: tasks of a run, and the line of the scene that needs each")
+    print(make_visible(scene.title))
+    print("tasks of `dsl run`, each with the line of the scene that needs it:")
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   ({line})")
     studies = scene.of_kind("study")

@@ -33,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
     add_diagnostics_option(parser, "github")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
-    stated = "also compute the error estimates that cost about as much as a solution"
+    stated = "also compute the error estimates that each take about as long as a solution"
     parser.add_argument("--stated", action="store_true", help=stated)
     fresh = "reuse no results of an earlier run in the same folder, not even unchanged ones"
     parser.add_argument("--fresh", action="store_true", help=fresh)

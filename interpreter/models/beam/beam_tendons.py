@@ -32,7 +32,7 @@ def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]
                 diagnostic(
                     "W367",
                     declared.at(),
-                    f"the guides of `{load.name}` come together, to {100 * least:.2g} % of their distance,"
+                    f"the guides of `{load.name}` approach each other to {100 * least:.2g} % of their initial distance"
                     f" in `{declared.name}`",
                     "bent too sharply for the tendon's offset",
                     "contact between guides is not modelled: reduce the tension, or move the tendon closer to the axis",

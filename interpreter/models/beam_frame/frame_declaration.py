@@ -119,7 +119,7 @@ def _unsupported_load_errors(declared: Declared, case: Case, network: Network) -
             case _:
                 continue
         yield diagnostic("E345", load.at(field), f"`{declared.name}` cannot represent the load `{load.name}`", reason,
-                         "use gravity, forces and lines of force on axes, or a torque at a point of the "
+                         "use gravity, forces and line forces on the axes of members, or a torque at a point of the "
                          "network")  # fmt: skip
 
 

@@ -259,8 +259,8 @@ class PreparedSolid(MeshBasedModel):
                 self.declared.at("strain"),
                 f"`{self.declared.name}` compresses a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
                 f"the law is unstable below {GIVES_WAY:.3g}",
-                "use `neo_hookean`: this law softens under further compression, and at a stretch of sqrt(1 + 1 / "
-                "nu) it has no stiffness",
+                "use `neo_hookean`: St Venant-Kirchhoff softens under further compression, and at a stretch of "
+                "sqrt(1 + 1 / nu) it has no stiffness",
             ),
         )
 

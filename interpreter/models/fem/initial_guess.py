@@ -59,7 +59,7 @@ class InitialGuess:
                 at,
                 f"`{declared.name}` could not start from the solution of `{self.model}`",
                 "it started from rest",
-                f"{why}; the time includes this attempt: remove `initial_guess`, or start from a finer model",
+                f"{why}; the computing time includes this attempt: remove `initial_guess`, or start from a finer model",
             ),
         )
 

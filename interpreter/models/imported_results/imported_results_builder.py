@@ -329,7 +329,7 @@ def _compare_with_body(
         declared.at("path"),
         f"the mesh of `{declared.name}` has {100 * share:.3g} % of the volume of `{case.body.name}`",
         "different body?",
-        "a coarse mesh of this body has this discretization error; for another body, write a scene of that body",
+        "on a coarse mesh of this body this is a discretization error; results of another body need another scene",
     )
     return told, (note,)
 

@@ -171,7 +171,7 @@ def _footnotes(own: Sequence[SceneView]) -> list[str]:
         marks.append("† within the uncertainty of the reference")
     marks += [f"uncertainty of {name}: ±{known}" for name, known in _reference_uncertainties(own).items()]
     if any(view.timed and view.effort(p) is not None for view in own for p in view.points):
-        marks.append("±: half the interquartile range")
+        marks.append("± after a time: half the interquartile range of the repeated measurements")
     lines = ["; ".join(marks)] if marks else []
     reasons: dict[str, dict[str, None]] = {}
     for failure in (f for view in own for f in view.analysis.failures):

@@ -48,8 +48,8 @@ def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, 
 
 
 def _study(study: RobustnessStudyRecord) -> Iterator[str]:
-    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} % error, "
-           f"until {study.until}")  # fmt: skip
+    yield (f"{study.name}: {study.metric} against {study.against}; right: error of at most {100 * study.within:g} %; "
+           f"varied until {study.until}")  # fmt: skip
     for quantity in study.quantities:
         models = list(dict.fromkeys(e.model for e in study.edges if e.quantity == quantity.name))
         if not models:

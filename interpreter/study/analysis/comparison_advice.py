@@ -127,9 +127,16 @@ def _advise_nothing(question: AdviceQuestion) -> Advice:
     reasons: dict[str, int] = {}
     for _, reason in question.judged.left_out.values():
         reasons[reason] = reasons.get(reason, 0) + 1
-    why = "; ".join(f"{reason} ({n})" for reason, n in reasons.items()) or "there are no configurations"
+    why = (
+        "; ".join(f"{reason} ({n} configuration{'s' if n > 1 else ''})" for reason, n in reasons.items())
+        or "there are no configurations"
+    )
     said = f"No recommendation by `{question.metric}`{question.reference_phrase}: {why}."
-    said += " `--allow-contaminated` includes disturbed timings." if DISTURBED in reasons else ""
+    said += (
+        " Other processes ran at the same time; `--allow-contaminated` uses these timings all the same."
+        if DISTURBED in reasons
+        else ""
+    )
     return Advice(question, said, None, None, None, True, [])
 
 

@@ -143,7 +143,7 @@ def read_vary(texts: Sequence[str]) -> tuple[tuple[Variation, ...], tuple[str, .
     twice = [n for n in names if names.count(n) > 1]
     if twice:
         help = f"give all values at once: `--vary {twice[0]}=VALUE,VALUE`"
-        diagnostics.append(at_name("--vary", twice[0], "E220", f"`{twice[0]}` is varied twice", "again", help))
+        diagnostics.append(at_name("--vary", twice[0], "E220", f"`{twice[0]}` is varied twice", "varied again", help))
     if diagnostics:
         raise SceneError(diagnostics)
     return tuple(found), tuple(models)

@@ -132,7 +132,7 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
         name = argument.name or "scene"
         span, value = argument.name_span or argument.span, argument.value
         if name in given:
-            fail(span, f"`{name}` is given twice", "again", "a case has one scene, and each field once")
+            fail(span, f"`{name}` is given twice", "given again", "a case has one scene, and each field once")
         elif name != "scene" and name not in FIELDS:
             close = nearest(name, FIELDS)
             hint = f"did you mean `{close}`?" if close else f"fields are {', '.join(FIELDS)}"

@@ -20,7 +20,7 @@ class LineForce(Action):
     dead = conservative = True
     unsupported = (
         "load not supported",
-        "use a traction on a strip; lines of force are supported by `fem(...)` and beams",
+        "use a traction on a strip; line forces are supported by `fem(...)` and beams",
     )
 
     begin: Vector3  # m

@@ -38,7 +38,7 @@ FORMATS: dict[str, Format] = {
     "calculix": Format("adapters.calculix", "an input deck; run it with `ccx -i job`", "1mm", units=MM),
     "febio": Format(
         "exporters.febio_exporter",
-        "a deck; run it with `febio4 -i model.feb`; only the text is tested",
+        "a deck; run it with `febio4 -i model.feb`; tested only as text, without the program",
         "1mm",
         units=MM,
     ),
@@ -50,11 +50,12 @@ FORMATS: dict[str, Format] = {
     "mujoco": Format("exporters.mujoco_exporter", "a model; `simulate model.xml` shows it in motion", moves=True),
     "polyfem": Format(
         "exporters.polyfem_exporter",
-        "a deck; run it with `PolyFEM_bin --json model.json`; only the text is tested",
+        "a deck; run it with `PolyFEM_bin --json model.json`; tested only as text, without the program",
         by_name=True,
     ),
     "sofa": Format(
-        "exporters.sofa_exporter", "a scene; run it with `runSofa -g batch -n 1 model.scn`; only the text is tested"
+        "exporters.sofa_exporter",
+        "a scene; run it with `runSofa -g batch -n 1 model.scn`; tested only as text, without the program",
     ),
     "vtu": Format(
         "exporters.vtu_exporter",
