@@ -34,7 +34,6 @@ class BarSetup(TheorySetup):
     """Bar under axial load, whose constants may vary along it."""
 
     def problem_from(self, reference: Declared, case: Case) -> PulledBar:
-        """Return the bar of a case. Raises NotApplicable if an assumption of the theory is violated."""
         shape = case.shape
         if not isinstance(shape, Prism):
             raise NotApplicable(

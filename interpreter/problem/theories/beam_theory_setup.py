@@ -20,7 +20,6 @@ class CantileverSetup(TheorySetup):
     """Clamped straight beam under its own weight."""
 
     def problem_from(self, reference: Declared, case: Case) -> Cantilever:
-        """Return the cantilever of a case. Raises NotApplicable if an assumption of beam theory is violated."""
         shape = case.shape
         if not isinstance(shape, Cylinder | Tube | Box):
             raise NotApplicable(f"`{case.body.name}` is not a straight body with a constant section",

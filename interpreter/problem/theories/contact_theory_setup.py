@@ -365,10 +365,6 @@ class IndentationSetup(RigidContactSetup):
     """Indentation of a half-space or a layer by a rigid body."""
 
     def problem_from(self, reference: Declared, case: Case) -> Indentation:
-        """Return the indentation problem of a case.
-
-        Raises NotApplicable if an assumption of the reference's theory is visibly violated.
-        """
         touch, face = face_of(case)
         for load in case.loads:
             raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")

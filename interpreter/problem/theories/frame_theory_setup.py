@@ -39,10 +39,6 @@ class FrameSetup(TheorySetup):
     """Frame of beams under small loads."""
 
     def problem_from(self, reference: Declared, case: Case) -> Callable[[], Frame]:
-        """Return a function that builds the frame of a case.
-
-        Raises NotApplicable if an assumption of the theory is violated.
-        """
         network = case.shape
         if not isinstance(network, Network):
             raise NotApplicable(

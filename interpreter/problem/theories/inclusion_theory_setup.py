@@ -223,10 +223,6 @@ class InclusionSetup(TheorySetup):
     dimensions: Literal[2, 3] = 3
 
     def problem_from(self, reference: Declared, case: Case) -> BodyWithRoundCore:
-        """Return the body with a round inclusion or hole.
-
-        Raises NotApplicable if an assumption of the theory is violated.
-        """
         if isinstance(case.analysis, Dynamic):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
         for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):

@@ -27,7 +27,6 @@ class InflationSetup(TheorySetup):
     """Inflation of a thick-walled rubber ball."""
 
     def problem_from(self, reference: Declared, case: Case) -> BlownBall:
-        """Return the ball of a case. Raises NotApplicable if an assumption of the theory is violated."""
         if isinstance(case.analysis, Dynamic):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
         if case.parts:

@@ -420,7 +420,6 @@ class PatchTestSetup(ContactSetup):
     """Contact patch test: blocks in line that touch or are glued."""
 
     def problem_from(self, reference: Declared, case: Case) -> Stack:
-        """Return the stack of a case. Raises NotApplicable if an assumption is violated."""
         if isinstance(case.analysis, Dynamic):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
         if case.planar == "plane_stress":

@@ -315,10 +315,6 @@ class PorousColumnSetup(PorousSetup):
     """Porous column in small strain, which cannot expand laterally."""
 
     def problem_from(self, reference: Declared, case: Case) -> Column:
-        """Return the small-strain column of a case at the time of its state.
-
-        Raises NotApplicable if an assumption of the theory is violated.
-        """
         analysis, ends, drains = _analysis_ends_and_drains(case)
         driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
         amount = ends.amount * ends.area if ends.force else ends.amount
@@ -330,7 +326,6 @@ class FinitePorousColumnSetup(PorousSetup):
     """Porous column in finite strain, which cannot expand laterally."""
 
     def problem_from(self, reference: Declared, case: Case) -> PressedColumn:
-        """Return the finite-strain column of a case. Raises NotApplicable if an assumption is violated."""
         analysis, ends, drains = _analysis_ends_and_drains(case)
         material = case.material
         driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
@@ -354,10 +349,6 @@ class CompressedPorousBodySetup(PorousSetup):
         raise NotImplementedError
 
     def problem_from(self, reference: Declared, case: Case) -> CompressedPorousBody:
-        """Return the slab or disc of a case between plates, at the time of its state.
-
-        Raises NotApplicable if an assumption of the theory is violated.
-        """
         analysis, ends = _analysis(case), _ends(case, PLATES)
         if ends.force and not any(
             isinstance(b.thing, RigidPlate) and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds

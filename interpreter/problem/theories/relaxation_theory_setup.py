@@ -30,7 +30,6 @@ class ViscoelasticBarSetup(TheorySetup):
     admits_material_history = True
 
     def problem_from(self, reference: Declared, case: Case) -> RelaxingBar:
-        """Return the bar of a case at the time of its state. Raises NotApplicable if an assumption is violated."""
         shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
         if not isinstance(shape, Prism):
             raise NotApplicable(

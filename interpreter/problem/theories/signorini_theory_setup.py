@@ -31,7 +31,6 @@ class SignoriniSetup(RigidContactSetup):
     """Bar that a rigid plane stops."""
 
     def problem_from(self, reference: Declared, case: Case) -> StoppedBar:
-        """Return the bar of a case. Raises NotApplicable if an assumption of the theory is violated."""
         touch, face = face_of(case)
         material, nu = case.material, float(case.material.poisson)
         if touch.thing.friction and nu:

@@ -26,7 +26,6 @@ class TendonRodSetup(TheorySetup):
     """Clamped rod that tendons bend."""
 
     def problem_from(self, reference: Declared, case: Case) -> DrivenRod:
-        """Return the rod of a case. Raises NotApplicable if an assumption of the theory is violated."""
         shape, name = case.shape, case.body.name
         if not isinstance(shape, Cylinder | Tube | Box):
             raise NotApplicable(

@@ -25,7 +25,6 @@ class TorsionSetup(TheorySetup):
     """Torsion of a solid rubber cylinder."""
 
     def problem_from(self, reference: Declared, case: Case) -> TwistedCylinder:
-        """Return the twisted cylinder of a case. Raises NotApplicable if an assumption of the theory is violated."""
         shape, name = case.shape, case.body.name
         if not isinstance(shape, Cylinder):
             raise NotApplicable(
