@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import ForceTheory
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
@@ -143,8 +143,7 @@ class CattaneoMindlin(Reference):
 
     body: Annotated[Any, "body", "deformable body that is indented"]
 
-    about: ClassVar[About] = "pressed"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "indentation"
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7"

@@ -10,7 +10,7 @@ from softmark.records import dataclass
 from softmark.references.elastica_collocation import NotSolved
 from softmark.references.porous_skeletons import Skeleton
 from softmark.references.prony import Amplitude
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.references.terzaghi import ConfinedColumn
 
@@ -299,8 +299,7 @@ class Confined(Reference):
 
     body: Annotated[Any, "body", "the column"]
 
-    about: ClassVar[About] = "pressed_column"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "finite_porous_column"
     means: ClassVar[str] = "collocation in one dimension"
     source: ClassVar[str] = "Holmes 1986, J. Biomech. Eng. 108:372; Holmes and Mow 1990, J. Biomech. 23:1145"
     error_meaning: ClassVar[str] = "difference of the displacement from a coarser solution, m"

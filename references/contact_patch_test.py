@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
@@ -368,9 +368,7 @@ class PatchTest(Reference):
 
     body: Annotated[Any, "body", "the blocks"]
 
-    about: ClassVar[About] = "stacked"
-    with_forces: ClassVar[bool] = True
-    with_stress: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "block_stack"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Taylor and Papadopoulos 1991, in Nonlinear Computational Mechanics"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"

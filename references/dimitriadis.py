@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import ForceTheory
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -80,8 +80,7 @@ class Dimitriadis(Reference):
 
     body: Annotated[Any, "body", "the layer"]
 
-    about: ClassVar[About] = "pressed"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "indentation"
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "series"
     source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
@@ -422,7 +422,7 @@ class FrameTheory(Reference):
     body: Annotated[Any, "body", "the network"]
 
     supports_networks: ClassVar[bool] = True
-    about: ClassVar[About] = "frame"
+    problem_kind: ClassVar[str] = "frame"
     means: ClassVar[str] = "linear"
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"
     error_meaning: ClassVar[str] = "error of the displacement of any point, m: terms of second order in the load"

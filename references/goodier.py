@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 
 if TYPE_CHECKING:
     from softmark.references.inclusion import BodyWithRoundCore
@@ -31,8 +31,7 @@ class Goodier(Reference):
 
     body: Annotated[Any, "body", "sphere with its inclusion or cavity"]
 
-    about: ClassVar[About] = "sphere"
-    with_stress: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "inclusion"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Goodier 1933, Trans. ASME 55, 39-44; Eshelby 1957, Proc. R. Soc. A 241, 376-396"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"

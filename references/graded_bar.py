@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ class GradedBar(Reference):
     body: Annotated[Any, "body", "the bar"]
 
     supports_varying_constants: ClassVar[bool] = True
-    about: ClassVar[About] = "bar"
+    problem_kind: ClassVar[str] = "bar"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials I, article 3"
     error_meaning: ClassVar[str] = (

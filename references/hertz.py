@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -31,8 +31,7 @@ class Hertz(Reference):
 
     body: Annotated[Any, "body", "deformable body that is indented"]
 
-    about: ClassVar[About] = "pressed"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "indentation"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
     error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -30,8 +30,7 @@ class HertzLine(Reference):
 
     body: Annotated[Any, "body", "the strip"]
 
-    about: ClassVar[About] = "pressed"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "indentation"
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "integral equation"
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 
 if TYPE_CHECKING:
     from softmark.references.inclusion import BodyWithRoundCore
@@ -30,8 +30,7 @@ class Kirsch(Reference):
 
     body: Annotated[Any, "body", "plate with its hole"]
 
-    about: ClassVar[About] = "hole"
-    with_stress: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "hole"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import ForceTheory
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ class PressedLayer(Reference):
 
     body: Annotated[Any, "body", "the layer"]
 
-    about: ClassVar[About] = "pressed"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "indentation"
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "integral equation"
     source: ClassVar[str] = "Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes et al. 1972, J. Biomech. 5, 541-551"

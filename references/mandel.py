@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.diffusion_modes import require_convergence
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 
 if TYPE_CHECKING:
     from softmark.references.poroelastic_compression import CompressedPorousBody
@@ -29,8 +29,7 @@ class Mandel(Reference):
 
     body: Annotated[Any, "body", "the slab"]
 
-    about: ClassVar[About] = "slab"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "porous_slab"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Mandel 1953, Geotechnique 3:287; Abousleiman et al. 1996, Geotechnique 46:187"
     error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
@@ -218,8 +218,7 @@ class Prony(Reference):
 
     body: Annotated[Any, "body", "the bar"]
 
-    about: ClassVar[About] = "relaxing"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "viscoelastic_bar"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Christensen 1982, Theory of Viscoelasticity, chapter 1"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"

@@ -9,17 +9,15 @@ Kind = Literal["theory", "measurement", "consensus", "one_code", "digitised", "p
 KINDS: dict[How, Kind] = {
     "solved": "theory", "measured": "measurement", "refined": "own_models", "scanned": "virtual_scan",
 }  # fmt: skip
-About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere", "hole", "relaxing", "frame",
-                "column", "pressed_column", "slab", "disc", "pressed", "stopped", "stacked"]  # fmt: skip
 
 
 class Reference:
     """Base class of references; `how` names the way in which the solution is obtained.
 
-    `solved`: `solve(cantilever)` returns a CentreLine. A reference whose `about` is another kind of problem takes the
-    data of that problem, such as a TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column,
-    PressedColumn, CompressedPorousBody, Indentation, StoppedBar, Stack or a function that makes a Frame, and returns
-    its solution. `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
+    `solved`: `solve(cantilever)` returns a CentreLine. A reference with another `problem_kind` takes the data of that
+    problem, such as a TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column, PressedColumn,
+    CompressedPorousBody, Indentation, StoppedBar, Stack or a function that makes a Frame, and returns its solution.
+    `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: the solution comes from refined models of the scene, its `methods`. `scanned`: it comes from the shape
     that the model `of` computes, which `load(points, triangles)` takes.
     """
@@ -27,11 +25,9 @@ class Reference:
     how: ClassVar[How] = "solved"
     supports_varying_constants: ClassVar[bool] = False  # supports constants that vary in space, if it is solved
     supports_networks: ClassVar[bool] = False  # spring and beam networks, and no other bodies
-    with_stress: ClassVar[bool] = False  # whether it gives stress and strain
-    with_forces: ClassVar[bool] = False  # whether it gives reactions and energies
     with_displacements: ClassVar[bool] = True  # whether it gives displacements
     table: ClassVar[str] = ""  # description of a wrong file, for messages
-    about: ClassVar[About] = "cantilever"  # kind of problem that it is solved for
+    problem_kind: ClassVar[str] = "cantilever"  # kind of problem that it solves, if it is solved
     means: ClassVar[str] = ""  # method of a theory: `closed form`
     usual: ClassVar[Kind | None] = None  # kind of truth, if `how` does not determine it
     source: ClassVar[str]  # who says so

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.rubber_energies import Rubber, require_incompressible
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
@@ -166,7 +166,7 @@ class Inflation(Reference):
 
     body: Annotated[Any, "body", "spherical shell"]
 
-    about: ClassVar[About] = "inflation"
+    problem_kind: ClassVar[str] = "inflation"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Green and Shield 1950, Proc. R. Soc. A 202, 407-419; Ogden 1984, section 5.3"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: one integral, by Gauss's rule to rounding"

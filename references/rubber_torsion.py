@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.rubber_energies import Rubber, require_incompressible
 from softmark.references.straight_cantilever import NotApplicable, Vector
 
@@ -120,8 +120,7 @@ class Torsion(Reference):
 
     body: Annotated[Any, "body", "the cylinder"]
 
-    about: ClassVar[About] = "torsion"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "torsion"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Rivlin 1949, Phil. Trans. R. Soc. A 242, 173-195"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 
 if TYPE_CHECKING:
     from softmark.references.tendon_driven_rod import DrivenRod, DrivenRodSolution
@@ -26,7 +26,7 @@ class RuckerWebster(Reference):
 
     body: Annotated[Any, "body", "straight beam, clamped at one end, bent by tendons"]
 
-    about: ClassVar[About] = "tendons"
+    problem_kind: ClassVar[str] = "tendon_rod"
     means: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Rucker and Webster 2011, IEEE Trans. Robot. 27, 1033-1044"
     error_meaning: ClassVar[str] = (

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import Vector
 
 if TYPE_CHECKING:
@@ -123,8 +123,7 @@ class Signorini(Reference):
 
     body: Annotated[Any, "body", "the bar"]
 
-    about: ClassVar[About] = "stopped"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "stopped_bar"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Signorini 1933; Taylor and Papadopoulos 1991, in Nonlinear Computational Mechanics"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -29,8 +29,7 @@ class Sneddon(Reference):
 
     body: Annotated[Any, "body", "deformable body that is indented"]
 
-    about: ClassVar[About] = "pressed"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "indentation"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Sneddon 1965, Int. J. Eng. Sci. 3, 47-57"
     error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"

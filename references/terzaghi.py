@@ -9,7 +9,7 @@ from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.diffusion_modes import ModalResponse, count_needed_modes, require_convergence
 from softmark.references.prony import Amplitude
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import Vector
 
 if TYPE_CHECKING:
@@ -192,8 +192,7 @@ class Terzaghi(Reference):
 
     body: Annotated[Any, "body", "the column"]
 
-    about: ClassVar[About] = "column"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "porous_column"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Terzaghi 1923; Mow, Kuei, Lai and Armstrong 1980, J. Biomech. Eng. 102:73"
     error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"

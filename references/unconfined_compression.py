@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.diffusion_modes import require_convergence
-from softmark.references.reference_base import About, Reference
+from softmark.references.reference_base import Reference
 
 if TYPE_CHECKING:
     from softmark.references.poroelastic_compression import CompressedPorousBody
@@ -27,8 +27,7 @@ class Unconfined(Reference):
 
     body: Annotated[Any, "body", "the disc"]
 
-    about: ClassVar[About] = "disc"
-    with_forces: ClassVar[bool] = True
+    problem_kind: ClassVar[str] = "porous_disc"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Armstrong, Lai and Mow 1984, J. Biomech. Eng. 106:165"
     error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"

@@ -240,14 +240,28 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         "softmark.solvers.energies.elastic_energy",
         "softmark.interpreter.models.fem.fem_builder",
         "softmark.interpreter.models.shared.rotating_supports",
-        "softmark.interpreter.problem.torsion_theory_setup",
-        "softmark.interpreter.problem.inclusion_theory_setup",
+        "softmark.interpreter.problem.theories.torsion_theory_setup",
+        "softmark.interpreter.problem.theories.inclusion_theory_setup",
         "softmark.references.inclusion",
         "softmark.solvers.energies.rod_loads",
         "softmark.interpreter.models.beam.beam_dynamics",  # nor what moves
         "softmark.solvers.energies.incremental_rotation.moving_rods",
         "softmark.solvers.dynamics.rotational_inertia",
     }
+
+
+@pytest.mark.parametrize(
+    ("scene", "own"),
+    [
+        ("beams/silicone-beam", {"beam"}),
+        ("round/torsion", {"torsion"}),
+        ("blocks/relaxing-bars", {"bar", "relaxation"}),
+    ],
+)
+def test_a_scene_imports_only_the_theories_of_its_references(scene: str, own: set[str], tmp_path: Path) -> None:
+    found = after("check", str(ROOT / FOLDERS["scenes"] / f"{scene}.scene"), cwd=tmp_path)
+    setups = {m.rpartition(".")[2] for m in found if m.endswith("_theory_setup")}
+    assert setups == {f"{name}_theory_setup" for name in own}
 
 
 def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:

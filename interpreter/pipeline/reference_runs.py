@@ -20,13 +20,8 @@ from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.probe_points import facts_of, is_finite_probe, scan_surface, zero_below_error
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.problem.theory_dispatch import (
-    doubt_of_theory,
-    facts_of_theory,
-    solve_theory,
-    stress_of,
-    theory_forces,
-)
+from softmark.interpreter.problem.theories import theory_setup_of
+from softmark.interpreter.problem.theories.reference_solution import solve_theory
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.interpreter.results.run_report import (
@@ -137,13 +132,15 @@ def _solve_reference(work: StateRun, declared: Declared) -> None:
             return
         case = work.case(declared)
         found = work.options.recall(work.scene, declared, lambda: solve_theory(declared, case))
-        error, rest = float(found.estimated_error), theory_forces(declared, case, found)
-        more = TheoryResults(rest, stress_of(declared, found), doubt_of_theory(declared, found))
-        facts = facts_of_theory(declared, found)
+        setup, error = theory_setup_of(declared), float(found.estimated_error)
+        stress = setup.stress(found)
+        more = TheoryResults(
+            setup.forces(case, found), None if stress is None else lambda: stress, setup.warning(found)
+        )
         displacement = (
             (lambda X: zero_below_error(found.displacement(X), error)) if declared.thing.with_displacements else None
         )
-        _store_reference(work, declared, displacement, error, facts, more)
+        _store_reference(work, declared, displacement, error, setup.facts(found), more)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:

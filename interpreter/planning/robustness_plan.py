@@ -15,6 +15,7 @@ from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.planning.parameter_walk import Until
 from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, default_quantities, quantity_of
 from softmark.interpreter.problem.body_case import Fault, body_of
+from softmark.interpreter.problem.theories import theory_setup_of
 from softmark.interpreter.vocabulary.study_words import RobustnessStudy
 from softmark.records import dataclass
 from softmark.references.measured_curve import CurveFromFile
@@ -25,7 +26,6 @@ NUMERICAL = {  # fields that are numerical settings, not part of the problem
     "analysis": ("step", "tolerance", "max_iterations"),
     "contact": ("distance", "stiffness", "parts", "reach"),
 }
-OF_CONTACT = ("pressed", "stopped", "stacked")  # theories with an error estimate of forces
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
@@ -89,7 +89,7 @@ def _is_reference_error_known(scene: Scene, metric: Declared) -> bool:
     if against is None:
         return False
     if isinstance(metric.thing, ForceMetric) and against.kind == "reference":
-        return against.thing.with_forces and against.thing.about in OF_CONTACT
+        return theory_setup_of(against).estimates_force_error
     return against.kind == "model"
 
 

@@ -6,7 +6,7 @@
     probe_points, probe_domains              points at which results are evaluated
     surface_selection/                       selected parts of surfaces, with exact integrals
     conforming_mesh                          positions at which meshes need nodes so that selections are met
-    *_theory_setup, theory_dispatch          conversion of a case into the problem of a theory
+    theories/                                the problems that theories solve for a case, and their results
     *_limits, symmetry_planes                errors about materials and symmetry planes
 
 Imports packages up to the vocabulary, but no models.

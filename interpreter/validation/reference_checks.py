@@ -30,6 +30,7 @@ from softmark.interpreter.metrics.trajectory_error import TrajectoryError
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.problem.body_case import Fault, case_for
+from softmark.interpreter.problem.theories import theory_setup_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.probe_words import Markers, Surface, Volume
 from softmark.records import dataclass
@@ -177,7 +178,7 @@ def _reference_stress_refusal(scene: Scene, metric: Declared) -> _Refusal | None
     if (name := metric.thing.against) is None:
         return None
     if (right := scene.declared[name]).kind == "reference":
-        if right.thing.with_stress:
+        if theory_setup_of(right).gives_stress:
             return None
         return _Refusal("against", f"`{metric.name}` compares stress or strain, but `{name}` has none",
                         "no stress", "compare with a model, or with a theory that has stress: `goodier(...)`, "
@@ -222,6 +223,11 @@ def _time_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
 # ------------------------------------------------------------------ the reference
 
 
+def _gives_forces(right: Declared) -> bool:
+    """Return whether a model or reference gives forces."""
+    return right.kind == "model" or theory_setup_of(right).gives_forces
+
+
 def _reference_data_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a metric whose reference lacks the data that it needs, or None."""
     name = metric.thing.measured_from
@@ -231,7 +237,7 @@ def _reference_data_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     known = data_kind_of(reference)
     if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
         return _value_metric_refusal(metric, name, known)
-    if isinstance(metric.thing, ForceMetric) and reference.kind != "model" and not reference.thing.with_forces:
+    if isinstance(metric.thing, ForceMetric) and not _gives_forces(reference):
         return _Refusal("against", f"`{word}` compares forces or energies, but `{name}` has none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
     if known == "forces" and not isinstance(metric.thing, ForceMetric | CurveMetric):

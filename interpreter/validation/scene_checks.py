@@ -21,7 +21,7 @@ from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.models.shared.perturbed_start import check_perturbed_start as disturbed
 from softmark.interpreter.problem import symmetry_planes
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
-from softmark.interpreter.problem.theory_dispatch import problem_of
+from softmark.interpreter.problem.theories.reference_solution import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, used_scene_checks, value_warnings
 from softmark.interpreter.validation.amplitude_resolution import check_amplitude_resolution

@@ -206,5 +206,6 @@ def test_what_no_metric_asks_for_is_not_loaded() -> None:
     assert {
         m
         for m in loaded
-        if m.endswith((".mesh_stress", ".beam_stress", ".end_effect_zones", ".frame_problem")) or "stress_recovery" in m
+        if m.endswith((".mesh_stress", ".beam_stress", ".end_effect_zones", ".frame_theory_setup"))
+        or "stress_recovery" in m
     } <= {"interpreter.models.postprocessing.mesh_stress"}

@@ -9,7 +9,8 @@ from reference_problems import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_dispatch import doubt_of_theory, problem_of, solve_theory, theory_forces
+from softmark.interpreter.problem.theories import theory_setup_of
+from softmark.interpreter.problem.theories.reference_solution import problem_of, solve_theory
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.table_section import format_force
@@ -91,7 +92,7 @@ def test_what_it_carries() -> None:
     reference, own = case(BLOCK)
     found = solve_theory(reference, own)
     assert isinstance(found, HalfSpace)
-    rest = theory_forces(reference, own, found)
+    rest = theory_setup_of(reference).forces(own, found)
     assert rest is not None
     push, base = rest.reactions["touch"], rest.reactions["base"]
     assert push.force == pytest.approx((0.0, 0.0, -16.38145e-3), rel=1e-6)
@@ -103,13 +104,13 @@ def test_what_it_carries() -> None:
     assert (touched.pressure, touched.gap) == pytest.approx((1564.31, 0.0), rel=1e-5)
     assert found.off["depth"] == pytest.approx(0.05)
     reference, own = case(BLOCK.replace("-0.6", "-0.5"))
-    assert doubt_of_theory(reference, solve_theory(reference, own)) is None
+    assert theory_setup_of(reference).warning(solve_theory(reference, own)) is None
 
 
 def test_what_is_left_before_it_touches() -> None:
     reference, own = case(BLOCK.replace("-0.6", "-0.04"))
     found = solve_theory(reference, own)
-    rest = theory_forces(reference, own, found)
+    rest = theory_setup_of(reference).forces(own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == (0.0, 0.0, 0.0)
     assert rest.touches["touch"].gap == pytest.approx(0.06e-3, rel=1e-9)
@@ -146,7 +147,7 @@ def test_a_quarter_carries_a_quarter() -> None:
     reference, own = case(text)
     found = problem_of(reference, own)
     assert (found.share, found.around.width) == pytest.approx((0.25, 0.2))
-    rest = theory_forces(reference, own, solve_theory(reference, own))
+    rest = theory_setup_of(reference).forces(own, solve_theory(reference, own))
     assert rest is not None
     assert rest.reactions["touch"].force[2] == pytest.approx(-16.38145e-3 / 4, rel=1e-6)
     assert rest.reactions["base"].force[2] == pytest.approx(16.38145e-3 / 4, rel=1e-6)
@@ -193,7 +194,7 @@ def test_a_layer() -> None:
 def test_a_body_that_ends_soon_is_doubted_and_then_refused() -> None:
     near = TURNED.replace("dimitriadis", "hertz")
     reference, own = case(near)
-    doubt = doubt_of_theory(reference, solve_theory(reference, own))
+    doubt = theory_setup_of(reference).warning(solve_theory(reference, own))
     assert doubt is not None
     assert "far face is near" in doubt
     assert "times the distance to the far face" in refused(
@@ -226,7 +227,7 @@ def test_a_sphere_that_is_dragged() -> None:
     found = solve_theory(reference, own)
     assert isinstance(found, PartialSlip)
     assert found.drag / (0.5 * found.push) == pytest.approx(0.5, abs=3e-5)
-    rest = theory_forces(reference, own, found)
+    rest = theory_setup_of(reference).forces(own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((found.drag, 0.0, -found.push), rel=1e-12)
     assert rest.reactions["base"].force == pytest.approx((-found.drag, 0.0, found.push), rel=1e-12)
@@ -242,7 +243,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     found = solve_theory(reference, own)
     assert (found.lengthening, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
     assert found.root == pytest.approx((0.0, 0.0, 0.0))
-    rest = theory_forces(reference, own, found)
+    rest = theory_setup_of(reference).forces(own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((-0.02, 0.0, 0.0))
     assert rest.reactions["base"].force == pytest.approx((-0.02, 0.0, 0.0))

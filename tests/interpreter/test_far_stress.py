@@ -13,7 +13,8 @@ import pytest
 import softmark
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.inclusion_theory_setup import round_body_of, size_effect_note
+from softmark.interpreter.problem.theories.inclusion_theory_setup import InclusionSetup
+from softmark.interpreter.problem.theories.reference_solution import problem_of
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.references.inclusion import BodyWithRoundCore, Hookean
@@ -62,7 +63,8 @@ def core(text: str) -> BodyWithRoundCore:
     """What the theory of a scene is about."""
     scene = softmark.loads(text).scene
     reference = scene.declared["theory"]
-    return round_body_of(reference, case_of(scene, reference.value("body")))
+    found: BodyWithRoundCore = problem_of(reference, case_of(scene, reference.value("body")))
+    return found
 
 
 def refused(text: str) -> tuple[str, str]:
@@ -275,8 +277,9 @@ def test_it_is_said_where_small_strains_are_large() -> None:
         replace(plate, stress=(s / plate.largest_gradient * plate.stress[0], 0.0, 0.0)) for s in (9e-3, 0.1)
     )
     told = "it assumes small strains and rotations, but they reach "
-    assert told not in size_effect_note(slight)
-    assert size_effect_note(large).endswith(f"{told}10 %: a body with large ones differs")
+    setup = InclusionSetup()
+    assert told not in setup.facts(slight)["said"]
+    assert setup.facts(large)["said"].endswith(f"{told}10 %: a body with large ones differs")
 
 
 @pytest.mark.slow

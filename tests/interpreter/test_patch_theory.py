@@ -10,13 +10,9 @@ import pytest
 from reference_problems import case, problem, refused
 
 import softmark
-from softmark.interpreter.problem.theory_dispatch import (
-    doubt_of_theory,
-    facts_of_theory,
-    solve_theory,
-    stress_of,
-    theory_forces,
-)
+from softmark.interpreter.problem.theories import theory_setup_of
+from softmark.interpreter.problem.theories.reference_solution import solve_theory
+from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.references.contact_patch_test import DeformedStack
 
 PAIR = """
@@ -78,6 +74,12 @@ def answer(text: str) -> DeformedStack:
     return found
 
 
+def forces(text: str, found: DeformedStack) -> EquilibriumForces | None:
+    """Return the forces of a solution."""
+    reference, own = case(text)
+    return theory_setup_of(reference).forces(own, found)
+
+
 def test_two_blocks_of_two_materials() -> None:
     """0.35 mm are left of 0.85 mm: P = -0.35 mm / (10 mm / 10 kPa + 30 mm / 40 kPa) = -200 Pa, on 2 cm^2 40 mN.
 
@@ -87,7 +89,7 @@ def test_two_blocks_of_two_materials() -> None:
     found = solve_theory(reference, own)
     assert isinstance(found, DeformedStack)
     assert (found.stress, found.push) == pytest.approx((-200.0, 0.04), rel=1e-9)
-    rest = theory_forces(reference, own, found)
+    rest = theory_setup_of(reference).forces(own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((0.04, 0.0, 0.0))
     assert rest.reactions["touch"].moment == pytest.approx((0.0, 2e-4, -4e-4))
@@ -100,20 +102,20 @@ def test_two_blocks_of_two_materials() -> None:
     pressures = touched.field.pressures(np.array([[0.01, 0.01, 0.002], [0.0105, 0.0, 0.01], [0.005, 0.01, 0.002]]))
     assert pressures[:2] == pytest.approx([200.0, 200.0])
     assert math.isnan(pressures[2])
-    assert (rest.off, doubt_of_theory(reference, found)) == (pytest.approx(sum(found.off.values())), None)
-    assert set(facts_of_theory(reference, found)) == {"off", "area_m2", "push_N"}
+    assert (rest.off, theory_setup_of(reference).warning(found)) == (pytest.approx(sum(found.off.values())), None)
+    assert set(theory_setup_of(reference).facts(found)) == {"off", "area_m2", "push_N"}
     moved = found.displacement(np.array([[0.01, 0.02, 0.01], [0.0105, 0.02, 0.01]]))
     assert moved == pytest.approx(np.array([[-2e-4, 1e-4, 5e-5], [-7e-4, 1e-5, 5e-6]]), abs=1e-15)
     other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm),\n    ", "solid(disjoint(").replace(
         "origin = (10.5, 0, 0) mm)", "origin = (10.5, 0, 0) mm), box(size = (10, 20, 10) mm)")  # fmt: skip
-    rest = theory_forces(*case(other), answer(other))
+    rest = forces(other, answer(other))
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((-0.04, 0.0, 0.0))
 
 
 def test_a_gap_that_is_not_closed_is_left() -> None:
     text = PAIR.replace("-0.85", "-0.2")
-    rest = theory_forces(*case(text), answer(text))
+    rest = forces(text, answer(text))
     assert rest is not None
     touched = rest.touches["touch"]
     assert (touched.area, touched.pressure, touched.gap) == pytest.approx((0.0, 0.0, 0.3e-3))
@@ -133,7 +135,7 @@ def test_three_blocks_and_any_end_that_moves() -> None:
     )
     lifted = lifted.replace("by = (-0.85", "by = (0")
     assert answer(lifted + again).stress == pytest.approx(found.stress, rel=1e-12)
-    rest = theory_forces(*case(text + again), found)
+    rest = forces(text + again, found)
     assert rest is not None
     assert rest.reactions["again"].force == (0.0, 0.0, 0.0)  # both sides are not the first of the pieces
     assert rest.touches["again"].area == pytest.approx(2e-4)
@@ -178,9 +180,8 @@ def test_a_model_in_the_plane_and_of_revolution(body: str, inner: str) -> None:
 
 def test_stress_is_known_everywhere() -> None:
     reference, own = case(PAIR)
-    stress = stress_of(reference, solve_theory(reference, own))
-    assert stress is not None
-    told = stress()
+    told = theory_setup_of(reference).stress(solve_theory(reference, own))
+    assert told is not None
     tensors = told.at(np.array([[0.001, 0.001, 0.001], [0.03, 0.001, 0.001]]))
     assert tensors.small
     assert tensors.cauchy[:, 0, 0] == pytest.approx([-200.0, -200.0])

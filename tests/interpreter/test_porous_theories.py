@@ -9,7 +9,8 @@ from reference_problems import problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_dispatch import solve_theory, theory_forces
+from softmark.interpreter.problem.theories import theory_setup_of
+from softmark.interpreter.problem.theories.reference_solution import solve_theory
 
 BOX = """
 material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density = 1000 kg/m^3),
@@ -121,7 +122,7 @@ def test_what_a_column_says_of_forces_and_fluid() -> None:
     scene = softmark.loads("softmark 1\n" + BOX.replace("z >= 10 mm)\nload", "z >= 10 mm or z <= 0 mm)\nload")).scene
     declared, case = scene.declared["told"], case_of(scene, "plug")
     found = solve_theory(declared, case)
-    rest = theory_forces(declared, case, found)
+    rest = theory_setup_of(declared).forces(case, found)
     assert rest.reactions["below"].force == pytest.approx((0.0, 0.0, 6e-3))
     assert rest.fluid.outflows == {"open": pytest.approx(-found.travel * 6e-6)}
     assert math.isnan(rest.energy)  # nothing is said of it
@@ -211,12 +212,11 @@ def test_theories_and_fluid_belong_together() -> None:
 def test_large_strain_is_a_doubt() -> None:
     """10 % by its load: small strain says it, and the number beside it is marked."""
     scene = softmark.loads("softmark 1\n" + BOX.replace("(0, 0, -1) kPa", "(0, 0, -111) kPa")).scene
-    from softmark.interpreter.problem.theory_dispatch import doubt_of_theory
-
     declared, case = scene.declared["told"], case_of(scene, "plug")
-    assert "9.99 %" in doubt_of_theory(declared, solve_theory(declared, case))
+    assert "9.99 %" in theory_setup_of(declared).warning(solve_theory(declared, case))
     small = softmark.loads("softmark 1\n" + BOX).scene
-    assert doubt_of_theory(small.declared["told"], solve_theory(small.declared["told"], case_of(small, "plug"))) is None
+    declared = small.declared["told"]
+    assert theory_setup_of(declared).warning(solve_theory(declared, case_of(small, "plug"))) is None
 
 
 @pytest.mark.slow

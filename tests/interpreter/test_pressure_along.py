@@ -15,7 +15,7 @@ from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.planning.robustness_plan import find_judging_metrics
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import sharp_points, sharp_points_in_section, surface_in_space
-from softmark.interpreter.problem.theory_dispatch import solve_theory
+from softmark.interpreter.problem.theories.reference_solution import solve_theory
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.verification.contact_singularities import singular_pressure
 from softmark.solvers.mesh.revolved_bodies import Cone

@@ -9,7 +9,7 @@ import pytest
 import softmark
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case, case_of
-from softmark.interpreter.problem.theory_dispatch import problem_of
+from softmark.interpreter.problem.theories.reference_solution import problem_of
 
 
 def case(text: str) -> tuple[Declared, Case]:

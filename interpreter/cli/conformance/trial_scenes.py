@@ -239,7 +239,7 @@ def _metric_breaches(trial: Trial) -> Iterator[Breach]:
 
 
 def _reference_breaches(trial: Trial) -> Iterator[Breach]:
-    from softmark.interpreter.problem.theory_dispatch import solve_theory
+    from softmark.interpreter.problem.theories.reference_solution import solve_theory
 
     why = ""
     for gel, push in BEAMS:

@@ -194,7 +194,7 @@ def _measured_reference_data(reference: Declared, measured: Mapping[str, Any], m
 def _reference_at_points(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """Return the reference at points X (n, 3), m, of the probe, in the form that a metric needs."""
     from softmark.interpreter.metrics.measurement import ReferenceData
-    from softmark.interpreter.problem.theory_dispatch import solve_theory
+    from softmark.interpreter.problem.theories.reference_solution import solve_theory
     from softmark.references.measured_data import MeasuredSurface
 
     if data is None:

@@ -15,7 +15,7 @@ from typing import ClassVar
 
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.problem.body_case import Fault, case_for
-from softmark.interpreter.problem.theory_dispatch import problem_of
+from softmark.interpreter.problem.theories.reference_solution import problem_of
 from softmark.interpreter.results.json_records import JsonRecord, mapping_reader
 from softmark.interpreter.study.configurations.task_outcome import (
     PointOutcome,

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody
-from softmark.interpreter.problem.contact_theory_setup import (
+from softmark.interpreter.problem.theories.contact_theory_setup import (
     FAR,
     SAME,
     Face,
+    RigidContactSetup,
     bonding_and_mirrors,
     face_of,
     rigid_displacement,
@@ -25,36 +27,38 @@ PLANE = "use `half_space(...)` with its normal toward the bar, or a box that cov
 LOADS = "use at most one `traction(...)` along the bar, on the whole end that meets the plane"
 
 
-def bar_of(case: Case) -> StoppedBar:
-    """Return the bar of a case. Raises NotApplicable if an assumption of the theory is violated."""
-    touch, face = face_of(case)
-    material, nu = case.material, float(case.material.poisson)
-    if touch.thing.friction and nu:
-        raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "remove `friction`")
-    n = face.normal
-    gap = _gap_above_face(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
-    bonded, mirrors = bonding_and_mirrors(case, face)
-    if bonded and nu:
-        raise NotApplicable(
-            "its far face cannot expand or contract laterally", "hold it along its normal only, so that it slides"
+class SignoriniSetup(RigidContactSetup):
+    """Bar that a rigid plane stops."""
+
+    def problem_from(self, reference: Declared, case: Case) -> StoppedBar:
+        touch, face = face_of(case)
+        material, nu = case.material, float(case.material.poisson)
+        if touch.thing.friction and nu:
+            raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "remove `friction`")
+        n = face.normal
+        gap = _gap_above_face(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
+        bonded, mirrors = bonding_and_mirrors(case, face)
+        if bonded and nu:
+            raise NotApplicable(
+                "its far face cannot expand or contract laterally", "hold it along its normal only, so that it slides"
+            )
+        if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
+            raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
+        young, narrowing = 2.0 * float(material.shear_modulus) * (1.0 + nu), nu
+        if case.planar == "plane_strain":
+            young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
+        x, y, z = (c in face.across or not case.planar for c in range(3))
+        return StoppedBar(
+            face.thickness,
+            face.area,
+            young,
+            narrowing,
+            gap,
+            _end_force(case, face),
+            _fixed_point(face, mirrors),
+            n,
+            (x, y, z),
         )
-    if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
-        raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
-    young, narrowing = 2.0 * float(material.shear_modulus) * (1.0 + nu), nu
-    if case.planar == "plane_strain":
-        young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
-    x, y, z = (c in face.across or not case.planar for c in range(3))
-    return StoppedBar(
-        face.thickness,
-        face.area,
-        young,
-        narrowing,
-        gap,
-        _end_force(case, face),
-        _fixed_point(face, mirrors),
-        n,
-        (x, y, z),
-    )
 
 
 def _gap_above_face(name: str, shape: Any, face: Face) -> float:

@@ -12,6 +12,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody, box_body_of_shape
+from softmark.interpreter.problem.theories.contact_theory_setup import ContactSetup
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
@@ -87,32 +88,6 @@ class BlockPile:
     def ends(self, where: Any) -> set[int]:
         """Return the ends of the stack that a condition selects exactly; 0 is the low end."""
         return self.whole.selected_faces(where, self.way)
-
-
-def stack_of(case: Case) -> Stack:
-    """Return the stack of a case. Raises NotApplicable if an assumption is violated."""
-    if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "use a static analysis")
-    if case.planar == "plane_stress":
-        raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
-    piled = block_pile_of(case)
-    solids = tuple(_block_material(piled, i) for i in range(len(piled.blocks)))
-    joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
-    ends, mirrors = _held_ends_and_sides(piled, solids)
-    loaded, traction, pressure = _end_load(piled, ends)
-    if None in ends and not loaded:
-        raise NotApplicable("nothing moves or loads its other end", ENDS)
-    roots = _laterally_fixed_points(piled, joints, mirrors, solids)
-    _require_equal_contraction(piled, joints, solids, roots)
-    blocks = tuple(
-        Block(block.low[piled.way], block.high[piled.way], solid, root)
-        for block, solid, root in zip(piled.blocks, solids, roots, strict=True)
-    )
-    whole = piled.whole
-    found = Stack(blocks, joints, piled.way, piled.across, whole.low, whole.high, whole.area(piled.way), whole.turns,
-                  ends, traction, pressure)  # fmt: skip
-    _require_determined_blocks(found)
-    return found
 
 
 def _require_determined_blocks(stack: Stack) -> None:
@@ -382,42 +357,6 @@ class Pressing:
         return {}
 
 
-def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
-    """Return the reaction and contact forces of the theory; it gives no energies."""
-    piled, stack = block_pile_of(case), found.stack
-    reactions, touches = {}, {}
-    unknown = math.nan, math.nan, math.nan
-    for support in case.supports:
-        taken = piled.ends(support.thing.where)
-        holds = [end for end in taken if piled.way in support.thing.components]
-        if support not in case.named_supports:  # constraint of a plane body
-            reactions[support.name] = Reaction(unknown, unknown, piled.whole.middle, unknown)
-            continue
-        total, moment = NONE, NONE
-        for end in holds:
-            force = add_multiples(NONE, (found.pull, piled.normal(end)))
-            total, moment = (
-                add_multiples(total, (1.0, force)),
-                add_multiples(moment, (1.0, cross(_end_centre(piled, found, end), force))),
-            )
-        at = _end_centre(piled, found, holds[0]) if holds else piled.whole.middle
-        own = add_multiples(moment, (-1.0, cross(at, total)))
-        reactions[support.name] = Reaction(total, moment, at, own)
-    for pair in case.pairs:
-        numbers = [i for i in range(len(stack.joints)) if pair in _joint_contacts(piled, i)]
-        reactions[pair.name] = _contact_force(piled, found, numbers)
-        if isinstance(pair.thing, SelfContact):
-            pressures = {i: found.push / found.joint_contact_area(i) if found.push else 0.0 for i in numbers}
-            touches[pair.name] = Touched(
-                sum(map(found.joint_contact_area, numbers)),
-                max(pressures.values(), default=0.0),
-                found.left,
-                field=Pressing(piled, pressures),
-            )
-    work = {load.name: None for load in case.loads}
-    return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
-
-
 def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -> Reaction:
     """Return the force of a contact through the joints above some blocks.
 
@@ -475,3 +414,71 @@ class PatchStress(AnalyticField):
         share = np.array([block.length for block in blocks])
         x, y, z = (float(np.sqrt(np.average((T**2).sum(axis=(1, 2)), weights=share))) for T in (sigma, H, deviator))
         return x, y, z
+
+
+class PatchTestSetup(ContactSetup):
+    """Contact patch test: blocks in line that touch or are glued."""
+
+    def problem_from(self, reference: Declared, case: Case) -> Stack:
+        if isinstance(case.analysis, Dynamic):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
+        if case.planar == "plane_stress":
+            raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
+        piled = block_pile_of(case)
+        solids = tuple(_block_material(piled, i) for i in range(len(piled.blocks)))
+        joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
+        ends, mirrors = _held_ends_and_sides(piled, solids)
+        loaded, traction, pressure = _end_load(piled, ends)
+        if None in ends and not loaded:
+            raise NotApplicable("nothing moves or loads its other end", ENDS)
+        roots = _laterally_fixed_points(piled, joints, mirrors, solids)
+        _require_equal_contraction(piled, joints, solids, roots)
+        blocks = tuple(
+            Block(block.low[piled.way], block.high[piled.way], solid, root)
+            for block, solid, root in zip(piled.blocks, solids, roots, strict=True)
+        )
+        whole = piled.whole
+        found = Stack(blocks, joints, piled.way, piled.across, whole.low, whole.high, whole.area(piled.way),
+                      whole.turns, ends, traction, pressure)  # fmt: skip
+        _require_determined_blocks(found)
+        return found
+
+    def forces(self, case: Case, solution: DeformedStack) -> EquilibriumForces:
+        """Return the reaction and contact forces of the theory; it gives no energies."""
+        piled, stack = block_pile_of(case), solution.stack
+        reactions, touches = {}, {}
+        unknown = math.nan, math.nan, math.nan
+        for support in case.supports:
+            taken = piled.ends(support.thing.where)
+            holds = [end for end in taken if piled.way in support.thing.components]
+            if support not in case.named_supports:  # constraint of a plane body
+                reactions[support.name] = Reaction(unknown, unknown, piled.whole.middle, unknown)
+                continue
+            total, moment = NONE, NONE
+            for end in holds:
+                force = add_multiples(NONE, (solution.pull, piled.normal(end)))
+                total, moment = (
+                    add_multiples(total, (1.0, force)),
+                    add_multiples(moment, (1.0, cross(_end_centre(piled, solution, end), force))),
+                )
+            at = _end_centre(piled, solution, holds[0]) if holds else piled.whole.middle
+            own = add_multiples(moment, (-1.0, cross(at, total)))
+            reactions[support.name] = Reaction(total, moment, at, own)
+        for pair in case.pairs:
+            numbers = [i for i in range(len(stack.joints)) if pair in _joint_contacts(piled, i)]
+            reactions[pair.name] = _contact_force(piled, solution, numbers)
+            if isinstance(pair.thing, SelfContact):
+                pressures = {
+                    i: solution.push / solution.joint_contact_area(i) if solution.push else 0.0 for i in numbers
+                }
+                touches[pair.name] = Touched(
+                    sum(map(solution.joint_contact_area, numbers)),
+                    max(pressures.values(), default=0.0),
+                    solution.left,
+                    field=Pressing(piled, pressures),
+                )
+        work = {load.name: None for load in case.loads}
+        return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, solution.off.values())))
+
+    def stress(self, solution: DeformedStack) -> PatchStress:
+        return PatchStress(solution)

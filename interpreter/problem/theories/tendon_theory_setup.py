@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from softmark.interpreter.problem.beam_theory_setup import clamped_end
+from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.theories.beam_theory_setup import clamped_end
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
@@ -20,43 +22,45 @@ from softmark.solvers.mesh.tubes import Tube
 NEAR = 1e-9  # relative to the length: tolerance of the force position
 
 
-def driven_rod_of(case: Case) -> DrivenRod:
-    """Return the rod of a case. Raises NotApplicable if an assumption of the theory is violated."""
-    shape, name = case.shape, case.body.name
-    if not isinstance(shape, Cylinder | Tube | Box):
-        raise NotApplicable(
-            f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box"
-        )
-    if case.parts:
-        raise NotApplicable(
-            f"the region `{case.parts[0].name}` has another material", "use one material for the whole body"
-        )
-    if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "use a static analysis")
-    root, axis = clamped_end(case)
-    frame = _frame(axis)
-    tip = add_multiples(root, (shape.length, axis))
-    force, routes = [0.0, 0.0, 0.0], []
-    for load in case.loads:
-        match load.thing.action:
-            case BodyForce():
-                pass
-            case PointLoad(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
-                force = [a + b for a, b in zip(force, pull, strict=True)]
-            case TendonLoad(guides=int()):
-                raise NotApplicable(f"the tendon `{load.name}` is straight between its guides",
-                              "remove `guides`: the theory assumes guides along the whole tendon")  # fmt: skip
-            case TendonLoad() as tendon:
-                routes.append(_route(tendon, root, frame))
-            case _:
-                raise NotApplicable(f"it does not include the load `{load.name}`",
-                              "use tendons, gravity and a force at the centre of the free end")  # fmt: skip
-    if not routes:
-        raise NotApplicable("no tendon drives the beam", "add one: `load pull = tendon(...)`")
-    line = case.material.density * _declared_section(shape, frame).area
-    weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
-    stiffness = _stiffness(case, frame)
-    return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
+class TendonRodSetup(TheorySetup):
+    """Clamped rod that tendons bend."""
+
+    def problem_from(self, reference: Declared, case: Case) -> DrivenRod:
+        shape, name = case.shape, case.body.name
+        if not isinstance(shape, Cylinder | Tube | Box):
+            raise NotApplicable(
+                f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box"
+            )
+        if case.parts:
+            raise NotApplicable(
+                f"the region `{case.parts[0].name}` has another material", "use one material for the whole body"
+            )
+        if isinstance(case.analysis, Dynamic):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
+        root, axis = clamped_end(case)
+        frame = _frame(axis)
+        tip = add_multiples(root, (shape.length, axis))
+        force, routes = [0.0, 0.0, 0.0], []
+        for load in case.loads:
+            match load.thing.action:
+                case BodyForce():
+                    pass
+                case PointLoad(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
+                    force = [a + b for a, b in zip(force, pull, strict=True)]
+                case TendonLoad(guides=int()):
+                    raise NotApplicable(f"the tendon `{load.name}` is straight between its guides",
+                                  "remove `guides`: the theory assumes guides along the whole tendon")  # fmt: skip
+                case TendonLoad() as tendon:
+                    routes.append(_route(tendon, root, frame))
+                case _:
+                    raise NotApplicable(f"it does not include the load `{load.name}`",
+                                  "use tendons, gravity and a force at the centre of the free end")  # fmt: skip
+        if not routes:
+            raise NotApplicable("no tendon drives the beam", "add one: `load pull = tendon(...)`")
+        line = case.material.density * _declared_section(shape, frame).area
+        weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
+        stiffness = _stiffness(case, frame)
+        return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 
 
 def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:

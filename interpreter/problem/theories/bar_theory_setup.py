@@ -10,6 +10,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -29,27 +30,29 @@ STATIONS = 33  # sections at which that is looked at
 REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`, or gravity along the axis"
 
 
-def bar_of(case: Case) -> PulledBar:
-    """Return the bar of a case. Raises NotApplicable if an assumption of the theory is violated."""
-    shape = case.shape
-    if not isinstance(shape, Prism):
-        raise NotApplicable(
-            f"`{case.body.name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
-        )
-    if case.parts:
-        raise NotApplicable(f"the region `{case.parts[0].name}` has another material",
-                      "use one material that varies: `young = ...`")  # fmt: skip
-    if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "use a static analysis")
-    held = _held_end(case)
-    root, axis = end_frame(shape, held)
-    material = case.material
-    if isinstance(material.poisson, Profile):
-        raise NotApplicable("its Poisson's ratio varies", "use `poisson = 0`: otherwise the stress is not uniaxial")
-    young, density = (_constant_along_axis(case, c, root, axis) for c in (material.young, material.density))
-    force, pull = _end_loads(case, 1 - held, axis)
-    area = shape.section.area
-    return PulledBar(shape.length, area, root, axis, force * area, pull, young, density, material.poisson)
+class BarSetup(TheorySetup):
+    """Bar under axial load, whose constants may vary along it."""
+
+    def problem_from(self, reference: Declared, case: Case) -> PulledBar:
+        shape = case.shape
+        if not isinstance(shape, Prism):
+            raise NotApplicable(
+                f"`{case.body.name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
+            )
+        if case.parts:
+            raise NotApplicable(f"the region `{case.parts[0].name}` has another material",
+                          "use one material that varies: `young = ...`")  # fmt: skip
+        if isinstance(case.analysis, Dynamic):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
+        held = _held_end(case)
+        root, axis = end_frame(shape, held)
+        material = case.material
+        if isinstance(material.poisson, Profile):
+            raise NotApplicable("its Poisson's ratio varies", "use `poisson = 0`: otherwise the stress is not uniaxial")
+        young, density = (_constant_along_axis(case, c, root, axis) for c in (material.young, material.density))
+        force, pull = _end_loads(case, 1 - held, axis)
+        area = shape.section.area
+        return PulledBar(shape.length, area, root, axis, force * area, pull, young, density, material.poisson)
 
 
 def _held_end(case: Case) -> int:

@@ -8,6 +8,7 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, NotApplicable, Rectangle, Ring
@@ -15,26 +16,28 @@ from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tubes import Tube
 
 
-def cantilever_of(reference: Declared, case: Case) -> Cantilever:
-    """Return the cantilever of a case. Raises NotApplicable if an assumption of beam theory is violated."""
-    shape = case.shape
-    if not isinstance(shape, Cylinder | Tube | Box):
-        raise NotApplicable(f"`{case.body.name}` is not a straight body with a constant section",
-                      "use a cylinder, a tube or a box")  # fmt: skip
-    for part in case.parts:
-        raise NotApplicable(f"the region `{part.name}` of `{case.body.name}` has another material",
-                      "compare with a model, `self_converged(...)`: beam theory supports one material")  # fmt: skip
-    for load in case.loads:
-        if not isinstance(load.thing.action, BodyForce):
-            raise NotApplicable(f"the load `{load.name}` is not gravity",
-                          "remove this load: the reference supports only a beam under its own weight")  # fmt: skip
-    if not any(case.gravity):
-        raise NotApplicable("there is no gravity, so nothing bends the beam",
-                      "add a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
-    root, axis = clamped_end(case)
-    young = reference.thing.own_young or case.material.young
-    return Cantilever(shape.length, _section(case), young, case.material.poisson,
-                      case.material.density, root, axis, case.gravity)  # fmt: skip
+class CantileverSetup(TheorySetup):
+    """Clamped straight beam under its own weight."""
+
+    def problem_from(self, reference: Declared, case: Case) -> Cantilever:
+        shape = case.shape
+        if not isinstance(shape, Cylinder | Tube | Box):
+            raise NotApplicable(f"`{case.body.name}` is not a straight body with a constant section",
+                          "use a cylinder, a tube or a box")  # fmt: skip
+        for part in case.parts:
+            raise NotApplicable(f"the region `{part.name}` of `{case.body.name}` has another material",
+                          "compare with a model, `self_converged(...)`: beam theory supports one material")  # fmt: skip
+        for load in case.loads:
+            if not isinstance(load.thing.action, BodyForce):
+                raise NotApplicable(f"the load `{load.name}` is not gravity",
+                              "remove this load: the reference supports only a beam under its own weight")  # fmt: skip
+        if not any(case.gravity):
+            raise NotApplicable("there is no gravity, so nothing bends the beam",
+                          "add a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+        root, axis = clamped_end(case)
+        young = reference.thing.own_young or case.material.young
+        return Cantilever(shape.length, _section(case), young, case.material.poisson,
+                          case.material.density, root, axis, case.gravity)  # fmt: skip
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:

@@ -11,6 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody, CylinderBody, box_or_cylinder_body
 from softmark.interpreter.problem.indenter_shape import indenter_of
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
@@ -27,6 +28,17 @@ SAME = 1e-9  # relative to the body's size, or of a travel: what is less is none
 ONE = "one rigid body, one `rigid_contact(...)`, and no other load"
 FAR = "hold the whole far face with `fixed(...)`, or only along its normal, so that it slides"
 NONE = (0.0, 0.0, 0.0)
+NEGLECTED = {
+    "depth": "that the depth is not small compared with the radius",
+    "thickness": "that the body is not a half-space: its far face is near",
+    "sides": "that the body ends at its sides",
+    "rim": "that the rim is rounded",
+    "tip": "that the tip is rounded",
+    "series": "the error of the integral equation of the layer",
+    "pressure": "that the strip is not thick compared with the width of contact",
+    "strain": "that strain is not small",
+    "overhang": "that faces which narrow by different amounts overhang each other",
+}
 
 
 @dataclass(frozen=True)
@@ -203,55 +215,6 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
     return None
 
 
-def indentation_of(reference: Declared, case: Case) -> Indentation:
-    """Return the indentation problem of a case.
-
-    Raises NotApplicable if an assumption of the reference's theory is visibly violated.
-    """
-    found = _indentation_problem(case)
-    reference.thing.must_hold(found)
-    return found
-
-
-def _indentation_problem(case: Case) -> Indentation:
-    """Return the indentation problem of a case, for any theory of indentation.
-
-    Raises NotApplicable if an assumption that all these theories share is violated.
-    """
-    touch, face = face_of(case)
-    for load in case.loads:
-        raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")
-    n = face.normal
-    tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
-    shift = rigid_displacement(touch)
-    gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
-    first = add_multiples(tool.foot, (-gap, n))
-    if not face.contains_projection_of(first):
-        raise NotApplicable(f"`{touch.rigid.name}` comes down outside the face", "move it above the face")
-    if face.has_half_section_body and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
-        raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "move it to the y axis")
-    bonded, mirrors = bonding_and_mirrors(case, face)
-    depth = -dot(shift, n) - gap
-    slid = add_multiples(shift, (-dot(shift, n), n))
-    if tool.reach < depth:
-        raise NotApplicable(f"`{touch.rigid.name}` is pressed in deeper than its tip is long", "use a longer one")
-    share = _body_fraction(case, face, first, mirrors)
-    if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
-        raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole body")
-    friction = float(touch.thing.friction)
-    at = first if friction else add_multiples(first, (1.0, slid))
-    if not touch.thing.where.holds(*at, case.shape.diagonal):
-        raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
-    material = case.material
-    nu = float(material.poisson)
-    return Indentation(
-        tool.kind, tool.size, depth, 2.0 * float(material.shear_modulus) * (1.0 + nu), nu, at, n,
-        Surroundings(face.thickness, face.width(at, mirrors), bonded), friction, slid, share,
-        case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge,
-        _moves_along_face(case, touch, n),
-    )  # fmt: skip
-
-
 def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
     """Return the fraction of the full body that the modelled part is, by symmetry planes.
 
@@ -324,69 +287,122 @@ class Pressing:
         return {}
 
 
-def contact_theory_forces(reference: Declared, case: Case, theory: Any) -> EquilibriumForces:
-    """Return the contact and support forces of a theory, for the modelled part of the full body.
+# ------------------------------------------------------------------ setups
 
-    Supports of symmetry planes have no forces.
-    """
-    touch, face = face_of(case)
-    _, mirrors = bonding_and_mirrors(case, face)
-    pressed = reference.thing.about == "pressed"
-    share = 0.5 ** len(mirrors) if pressed else 1.0  # a bar is what it is
-    n, at = face.normal, theory.at if pressed else face.middle
-    unknown = math.nan, math.nan, math.nan
-    force = add_multiples(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
-    acting = add_multiples(force, (share * getattr(theory, "load", 0.0), n))
-    part = share < 1.0  # of what presses: it pushes beside its axis, on one side of the plane
-    found = {touch.name: Reaction(force, unknown if part else cross(at, force), at, unknown if part else NONE)}
-    far = add_multiples(face.middle, (-face.thickness, face.normal))
-    alone = [s for s in case.named_supports if face.selected_ends(s.thing.where) == {1 - face.end}]
-    for support in case.supports:
-        if support not in alone:
-            found[support.name] = Reaction(unknown, unknown, far, unknown)
-            continue
-        whole = len(alone) == 1
-        x, y, z = (
-            -f if whole and c in support.thing.components and (share == 1.0 or abs(n[c]) > 0.5) else
-            (0.0 if c not in support.thing.components else math.nan)
-            for c, f in enumerate(acting)
+
+class ContactSetup(TheorySetup):
+    """Setup of the theories of contact, which estimate the error of their forces."""
+
+    estimates_force_error = True
+
+    def warning(self, solution: Any) -> str | None:
+        """Return why a theory is inaccurate for the body, if it neglects a significant effect, else None."""
+        most = max(solution.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
+        if not abs(most[1]) > SAID:
+            return None
+        return f"it neglects {NEGLECTED[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
+
+    def facts(self, solution: Any) -> Mapping[str, Any]:
+        """Return the facts about a theory's solution for the report."""
+        found: dict[str, Any] = {"off": dict(solution.off), "area_m2": solution.area, "push_N": solution.push}
+        for name in ("radius", "stick_radius", "most"):
+            if hasattr(solution, name):
+                found[f"{name}_m"] = getattr(solution, name)
+        return found
+
+
+class RigidContactSetup(ContactSetup):
+    """Setup of the theories of contact with one rigid body."""
+
+    admits_rigid_contact = True
+
+    def modelled_fraction(self, mirrors: set[tuple[int, int]]) -> float:
+        """Return the fraction of the problem's body that the scene models, by its symmetry planes."""
+        return 1.0
+
+    def contact_point(self, face: Face, solution: Any) -> Vector:
+        """Return the point, m, at which the contact force acts."""
+        return face.middle
+
+    def forces(self, case: Case, solution: Any) -> EquilibriumForces:
+        """Return the contact and support forces of a theory, for the modelled part of the full body.
+
+        Supports of symmetry planes have no forces.
+        """
+        touch, face = face_of(case)
+        _, mirrors = bonding_and_mirrors(case, face)
+        share = self.modelled_fraction(mirrors)
+        n, at = face.normal, self.contact_point(face, solution)
+        unknown = math.nan, math.nan, math.nan
+        force = add_multiples(NONE, (-share * solution.push, n), (share, getattr(solution, "dragged", NONE)))
+        acting = add_multiples(force, (share * getattr(solution, "load", 0.0), n))
+        part = share < 1.0  # of what presses: it pushes beside its axis, on one side of the plane
+        found = {touch.name: Reaction(force, unknown if part else cross(at, force), at, unknown if part else NONE)}
+        far = add_multiples(face.middle, (-face.thickness, face.normal))
+        alone = [s for s in case.named_supports if face.selected_ends(s.thing.where) == {1 - face.end}]
+        for support in case.supports:
+            if support not in alone:
+                found[support.name] = Reaction(unknown, unknown, far, unknown)
+                continue
+            whole = len(alone) == 1
+            x, y, z = (
+                -f if whole and c in support.thing.components and (share == 1.0 or abs(n[c]) > 0.5) else
+                (0.0 if c not in support.thing.components else math.nan)
+                for c, f in enumerate(acting)
+            )  # fmt: skip
+            carried, full = (x, y, z), not mirrors and whole
+            own = add_multiples(NONE, (-1.0, cross(add_multiples(at, (-1.0, far)), acting))) if full else unknown
+            moment = add_multiples(own, (1.0, cross(far, carried))) if full else unknown
+            found[support.name] = Reaction(carried, moment, far, own)
+        work = {load.name: None for load in case.loads}
+        there = Pressing(solution, at, n, case.planar == "plane_strain") if hasattr(solution, "pressure") else None
+        touched = Touched(share * solution.area, solution.largest_pressure, solution.gap, field=there)
+        return EquilibriumForces(found, work, math.nan, dissipated=share * getattr(solution, "dissipated", 0.0),
+                      touches={touch.name: touched}, off=sum(map(abs, solution.off.values())))  # fmt: skip
+
+
+class IndentationSetup(RigidContactSetup):
+    """Indentation of a half-space or a layer by a rigid body."""
+
+    def problem_from(self, reference: Declared, case: Case) -> Indentation:
+        touch, face = face_of(case)
+        for load in case.loads:
+            raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")
+        n = face.normal
+        tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
+        shift = rigid_displacement(touch)
+        gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
+        first = add_multiples(tool.foot, (-gap, n))
+        if not face.contains_projection_of(first):
+            raise NotApplicable(f"`{touch.rigid.name}` comes down outside the face", "move it above the face")
+        if face.has_half_section_body and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
+            raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "move it to the y axis")
+        bonded, mirrors = bonding_and_mirrors(case, face)
+        depth = -dot(shift, n) - gap
+        slid = add_multiples(shift, (-dot(shift, n), n))
+        if tool.reach < depth:
+            raise NotApplicable(f"`{touch.rigid.name}` is pressed in deeper than its tip is long", "use a longer one")
+        share = _body_fraction(case, face, first, mirrors)
+        if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
+            raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole body")
+        friction = float(touch.thing.friction)
+        at = first if friction else add_multiples(first, (1.0, slid))
+        if not touch.thing.where.holds(*at, case.shape.diagonal):
+            raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
+        material = case.material
+        nu = float(material.poisson)
+        problem = Indentation(
+            tool.kind, tool.size, depth, 2.0 * float(material.shear_modulus) * (1.0 + nu), nu, at, n,
+            Surroundings(face.thickness, face.width(at, mirrors), bonded), friction, slid, share,
+            case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge,
+            _moves_along_face(case, touch, n),
         )  # fmt: skip
-        carried, full = (x, y, z), not mirrors and whole
-        own = add_multiples(NONE, (-1.0, cross(add_multiples(at, (-1.0, far)), acting))) if full else unknown
-        moment = add_multiples(own, (1.0, cross(far, carried))) if full else unknown
-        found[support.name] = Reaction(carried, moment, far, own)
-    work = {load.name: None for load in case.loads}
-    there = Pressing(theory, at, n, case.planar == "plane_strain") if hasattr(theory, "pressure") else None
-    touched = Touched(share * theory.area, theory.largest_pressure, theory.gap, field=there)
-    return EquilibriumForces(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
-                  touches={touch.name: touched}, off=sum(map(abs, theory.off.values())))  # fmt: skip
+        reference.thing.must_hold(problem)
+        return problem
 
+    def modelled_fraction(self, mirrors: set[tuple[int, int]]) -> float:
+        return 0.5 ** len(mirrors)
 
-def doubt_of(theory: Any) -> str | None:
-    """Return why a theory is inaccurate for the body, if it neglects a significant effect, else None."""
-    most = max(theory.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
-    if not abs(most[1]) > SAID:
-        return None
-    return f"it neglects {LEFT_OUT[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
-
-
-LEFT_OUT = {
-    "depth": "that the depth is not small compared with the radius",
-    "thickness": "that the body is not a half-space: its far face is near",
-    "sides": "that the body ends at its sides",
-    "rim": "that the rim is rounded",
-    "tip": "that the tip is rounded",
-    "series": "the error of the integral equation of the layer",
-    "pressure": "that the strip is not thick compared with the width of contact",
-    "strain": "that strain is not small",
-    "overhang": "that faces which narrow by different amounts overhang each other",
-}
-
-
-def facts_of(theory: Any) -> Mapping[str, Any]:
-    """Return the facts about a theory's solution for the report."""
-    found: dict[str, Any] = {"off": dict(theory.off), "area_m2": theory.area, "push_N": theory.push}
-    for name in ("radius", "stick_radius", "most"):
-        if hasattr(theory, name):
-            found[f"{name}_m"] = getattr(theory, name)
-    return found
+    def contact_point(self, face: Face, solution: Any) -> Vector:
+        at: Vector = solution.at
+        return at

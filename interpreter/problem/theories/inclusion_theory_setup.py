@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.conforming_mesh import cuts_for
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
@@ -42,29 +44,6 @@ LARGE = "it assumes small strains and rotations, but they reach {:.3g} %: a body
 PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and no other load"
 
 
-def round_body_of(reference: Declared, case: Case) -> BodyWithRoundCore:
-    """Return the body with a round inclusion or hole.
-
-    Raises NotApplicable if an assumption of the theory is violated.
-    """
-    about = reference.thing.about
-    if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "use a static analysis")
-    for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
-        if not isinstance(material, LinearElastic):
-            raise NotApplicable(
-                f"`{case.body.name}` does not consist of linear elastic solids", "use `linear_elastic(...)`"
-            )
-    inner, outer, centre = _plate_radii_and_centre(case) if about == "hole" else inclusion_in_ball(case)
-    planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
-    check_symmetry_supports(case, planes, centre, outer)
-    stress = _stress(case, inner, outer, centre)
-    core = _hookean(case.parts[0].thing.material, case) if case.parts else None
-    thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
-    n = 2 if about == "hole" else 3
-    return BodyWithRoundCore(n, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin)
-
-
 def _hookean(material: LinearElastic, case: Case) -> Hookean:
     nu = material.poisson
     return Hookean(material.shear_modulus, nu / (1.0 + nu) if case.planar == "plane_stress" else nu)
@@ -83,13 +62,6 @@ def _ring_radii(case: Case) -> tuple[float, float]:
     if region.inner_y not in (None, region.inner) or region.outer_y not in (None, region.outer):
         raise NotApplicable("its borders are not circles", "remove `inner_y` and `outer_y`")
     return region.inner, region.outer
-
-
-def _plate_radii_and_centre(case: Case) -> tuple[float, float, Vector3]:
-    """Return the radii of hole and plate, m, and the centre, m, of a plate with a hole. Raises NotApplicable."""
-    if case.planar not in ("plane_strain", "plane_stress"):
-        raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
-    return *_ring_radii(case), (0.0, 0.0, 0.0)
 
 
 def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
@@ -214,22 +186,6 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
 # ------------------------------------------------------------------ stress field
 
 
-def size_effect_note(core: BodyWithRoundCore) -> str:
-    """Return a sentence about the effect of the body's finite size, for the report."""
-    place = "around the hole" if core.core is None else "at the border of the inclusion"
-    doubt = doubt_of(core)
-    return (
-        f"it is exact for a body of this size; stress {place} differs from that in an infinite body by up to "
-        f"{100.0 * core.size_matters:.3g} % of the remote stress"
-    ) + (f"; {doubt}" if doubt else "")
-
-
-def doubt_of(core: BodyWithRoundCore) -> str | None:
-    """Return why the theory is inaccurate for the body, because deformations are not small, or None."""
-    large = core.largest_gradient
-    return LARGE.format(100.0 * large) if large > SMALL else None
-
-
 @dataclass(frozen=True)
 class InclusionStress(AnalyticField):
     """Exact stress field of the theory, for metrics; it has no cells."""
@@ -256,3 +212,63 @@ class InclusionStress(AnalyticField):
         deviator = math.hypot(*(t - mean for t in stress))
         soft = self.theory.matrix.softness(3) * mean
         return math.hypot(*stress), math.hypot(far * deviator, math.sqrt(3.0) * soft), deviator
+
+
+# ------------------------------------------------------------------ setups
+
+
+class InclusionSetup(TheorySetup):
+    """Spherical inclusion or cavity in a ball under remote stress."""
+
+    dimensions: Literal[2, 3] = 3
+
+    def problem_from(self, reference: Declared, case: Case) -> BodyWithRoundCore:
+        if isinstance(case.analysis, Dynamic):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
+        for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
+            if not isinstance(material, LinearElastic):
+                raise NotApplicable(
+                    f"`{case.body.name}` does not consist of linear elastic solids", "use `linear_elastic(...)`"
+                )
+        inner, outer, centre = self.radii_and_centre(case)
+        planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
+        check_symmetry_supports(case, planes, centre, outer)
+        stress = _stress(case, inner, outer, centre)
+        core = _hookean(case.parts[0].thing.material, case) if case.parts else None
+        thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
+        return BodyWithRoundCore(
+            self.dimensions, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin
+        )
+
+    def radii_and_centre(self, case: Case) -> tuple[float, float, Vector3]:
+        """Return the radii of core and body, m, and their common centre, m. Raises NotApplicable."""
+        return inclusion_in_ball(case)
+
+    def stress(self, solution: BodyWithRoundCore) -> InclusionStress:
+        return InclusionStress(solution)
+
+    def warning(self, solution: BodyWithRoundCore) -> str | None:
+        """Return why the theory is inaccurate for the body, because deformations are not small, or None."""
+        large = solution.largest_gradient
+        return LARGE.format(100.0 * large) if large > SMALL else None
+
+    def facts(self, solution: BodyWithRoundCore) -> Mapping[str, Any]:
+        place = "around the hole" if solution.core is None else "at the border of the inclusion"
+        note = (
+            f"it is exact for a body of this size; stress {place} differs from that in an infinite body by up to "
+            f"{100.0 * solution.size_matters:.3g} % of the remote stress"
+        )
+        warning = self.warning(solution)
+        return {"size_matters": solution.size_matters, "said": f"{note}; {warning}" if warning else note}
+
+
+class HoleSetup(InclusionSetup):
+    """Round hole in a plate under remote stress."""
+
+    dimensions = 2
+
+    def radii_and_centre(self, case: Case) -> tuple[float, float, Vector3]:
+        """Return the radii of hole and plate, m, and the centre, m, of a plate with a hole. Raises NotApplicable."""
+        if case.planar not in ("plane_strain", "plane_stress"):
+            raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
+        return *_ring_radii(case), (0.0, 0.0, 0.0)

@@ -7,9 +7,10 @@ from itertools import pairwise
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.problem.bar_theory_setup import ALIGNED
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
+from softmark.interpreter.problem.theories.bar_theory_setup import ALIGNED
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
@@ -23,39 +24,59 @@ from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot, replac
 REMEDY = "hold one end face along the axis and move or pull the other: `displaced(...)` or `traction(...)`"
 
 
-def bar_of(case: Case) -> RelaxingBar:
-    """Return the bar of a case at the time of its state. Raises NotApplicable if an assumption is violated."""
-    shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
-    if not isinstance(shape, Prism):
-        raise NotApplicable(
-            f"`{name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
-        )
-    if case.parts or not isinstance(material, Viscoelastic):
-        raise NotApplicable(
-            f"`{name}` does not consist of one viscoelastic material", "use `viscoelastic(...)` for the whole body"
-        )
-    if not material.branches:
-        raise NotApplicable(
-            "no part of its stress relaxes", "give a part that relaxes, or compare with the theory of an elastic body"
-        )
-    if material.of == "shape" and material.poisson != 0.5:
-        raise NotApplicable(
-            "its bulk modulus is constant while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
-        )
-    if not isinstance(analysis, Quasistatic):
-        raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
-    held, driving, amount = _held_end_and_driving_action(case)
-    root, axis = end_frame(shape, held)
-    force = driving.kind == "load"
-    g, tau = zip(*material.branches, strict=True)
-    now = analysis.now
-    sign = dot(amount, axis)
-    if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
-        raise NotApplicable(f"`{driving.name}` does not act along the axis", REMEDY)
-    amplitude = at_full_size(driving.thing).amplitude
-    area = shape.section.area
-    return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g,
-                       tau, force, sign * (area if force else 1.0), amplitude_until(amplitude, now), now)  # fmt: skip
+class ViscoelasticBarSetup(TheorySetup):
+    """Viscoelastic bar under any amplitude of displacement or force."""
+
+    admits_material_history = True
+
+    def problem_from(self, reference: Declared, case: Case) -> RelaxingBar:
+        shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
+        if not isinstance(shape, Prism):
+            raise NotApplicable(
+                f"`{name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
+            )
+        if case.parts or not isinstance(material, Viscoelastic):
+            raise NotApplicable(
+                f"`{name}` does not consist of one viscoelastic material", "use `viscoelastic(...)` for the whole body"
+            )
+        if not material.branches:
+            raise NotApplicable(
+                "no part of its stress relaxes",
+                "give a part that relaxes, or compare with the theory of an elastic body",
+            )
+        if material.of == "shape" and material.poisson != 0.5:
+            raise NotApplicable(
+                "its bulk modulus is constant while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
+            )
+        if not isinstance(analysis, Quasistatic):
+            raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
+        held, driving, amount = _held_end_and_driving_action(case)
+        root, axis = end_frame(shape, held)
+        force = driving.kind == "load"
+        g, tau = zip(*material.branches, strict=True)
+        now = analysis.now
+        sign = dot(amount, axis)
+        if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
+            raise NotApplicable(f"`{driving.name}` does not act along the axis", REMEDY)
+        amplitude = at_full_size(driving.thing).amplitude
+        area = shape.section.area
+        return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson,
+                           g, tau, force, sign * (area if force else 1.0), amplitude_until(amplitude, now),
+                           now)  # fmt: skip
+
+    def forces(self, case: Case, solution: RelaxingBar) -> EquilibriumForces:
+        """Return the reaction forces of the theory."""
+        held, driving, _ = _held_end_and_driving_action(case)
+        none, found = (0.0, 0.0, 0.0), {}
+        for support in case.supports:
+            end = single_selected_end(support.thing.where, case.prism)
+            along = any(abs(case.prism.axis[c]) > ALIGNED for c in support.thing.components)
+            size = 0.0 if not along else solution.pull if end != held else -solution.pull
+            at = add_multiples(solution.root, (0.0 if end == held else solution.length, solution.axis))
+            force = add_multiples(none, (size, solution.axis))
+            found[support.name] = Reaction(force, cross(at, force), at, none)
+        work = {} if driving.kind != "load" else {driving.name: None}
+        return EquilibriumForces(found, work, solution.stored, dissipated=solution.dissipated)
 
 
 def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
@@ -140,18 +161,3 @@ def amplitude_until(amplitude: Any, now: float) -> Amplitude:
     raise NotApplicable(
         "the theory does not support its `amplitude`", "use `ramp`, `smooth`, `sine`, `pulse` or `table`"
     )
-
-
-def bar_forces(case: Case, bar: RelaxingBar) -> EquilibriumForces:
-    """Return the reaction forces of the theory."""
-    held, driving, _ = _held_end_and_driving_action(case)
-    none, found = (0.0, 0.0, 0.0), {}
-    for support in case.supports:
-        end = single_selected_end(support.thing.where, case.prism)
-        along = any(abs(case.prism.axis[c]) > ALIGNED for c in support.thing.components)
-        size = 0.0 if not along else bar.pull if end != held else -bar.pull
-        at = add_multiples(bar.root, (0.0 if end == held else bar.length, bar.axis))
-        force = add_multiples(none, (size, bar.axis))
-        found[support.name] = Reaction(force, cross(at, force), at, none)
-    work = {} if driving.kind != "load" else {driving.name: None}
-    return EquilibriumForces(found, work, bar.stored, dissipated=bar.dissipated)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.tendon_theory_setup import section_stiffness
+from softmark.interpreter.problem.theories.tendon_theory_setup import section_stiffness
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
@@ -34,27 +35,26 @@ NEAR = 1e-9  # relative to the diagonal: places this near are one
 TAKES = "use gravity, forces and line loads on axes, and torques at points"
 
 
-def frame_of(case: Case) -> Callable[[], Frame]:
-    """Return a function that builds the frame of a case.
+class FrameSetup(TheorySetup):
+    """Frame of beams under small loads."""
 
-    Raises NotApplicable if an assumption of the theory is violated.
-    """
-    network = case.shape
-    if not isinstance(network, Network):
-        raise NotApplicable(
-            f"`{case.body.name}` is not a network of beams", "use `network(...)`, or the theory of a single beam"
-        )
-    if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "use a static analysis")
-    for load in case.loads:
-        if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
-            raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)
-    for support in case.supports:
-        if not isinstance(support.thing, Fixed | Displaced | Pinned):
-            raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
-        if any(len(_interior_selection_values(member, network, support)) == 2 for member in network.members):
-            raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
-    return lambda: _FrameBuilder(case, network).frame()
+    def problem_from(self, reference: Declared, case: Case) -> Callable[[], Frame]:
+        network = case.shape
+        if not isinstance(network, Network):
+            raise NotApplicable(
+                f"`{case.body.name}` is not a network of beams", "use `network(...)`, or the theory of a single beam"
+            )
+        if isinstance(case.analysis, Dynamic):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
+        for load in case.loads:
+            if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
+                raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)
+        for support in case.supports:
+            if not isinstance(support.thing, Fixed | Displaced | Pinned):
+                raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
+            if any(len(_interior_selection_values(member, network, support)) == 2 for member in network.members):
+                raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
+        return lambda: _FrameBuilder(case, network).frame()
 
 
 def _interior_selection_values(member: Member, network: Network, support: Declared) -> set[bool]:

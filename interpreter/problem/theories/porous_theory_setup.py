@@ -10,7 +10,8 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.box_and_cylinder_faces import BoxBody, CylinderBody, box_or_cylinder_body
-from softmark.interpreter.problem.relaxation_theory_setup import amplitude_until
+from softmark.interpreter.problem.theories.relaxation_theory_setup import amplitude_until
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
@@ -215,29 +216,6 @@ def _moduli(case: Case) -> tuple[float, float]:
     return law.shear_modulus, law.lame_lambda + 2.0 * law.shear_modulus
 
 
-def column_of(case: Case) -> Column:
-    """Return the small-strain column of a case at the time of its state.
-
-    Raises NotApplicable if an assumption of the theory is violated.
-    """
-    analysis, ends, drains = _analysis_ends_and_drains(case)
-    driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
-    amount = ends.amount * ends.area if ends.force else ends.amount
-    return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1], case.material.permeability,
-                  ends.force, amount, driven, analysis.now)  # fmt: skip
-
-
-def pressed_column_of(case: Case) -> PressedColumn:
-    """Return the finite-strain column of a case. Raises NotApplicable if an assumption of the theory is violated."""
-    analysis, ends, drains = _analysis_ends_and_drains(case)
-    material = case.material
-    driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
-    k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
-    times = tuple(float(t) for t in analysis.moments if 0.0 < t < analysis.now)
-    return PressedColumn(ends.length, ends.area, ends.root, ends.axis, drains, skeleton_of(case), k, ends.force,
-                         ends.amount, driven, analysis.now, times)  # fmt: skip
-
-
 def skeleton_of(case: Case) -> Skeleton:
     """Return the law of the drained skeleton of a case.
 
@@ -256,88 +234,9 @@ def skeleton_of(case: Case) -> Skeleton:
     return Skeleton(word, law.shear_modulus, law.lame_lambda, rubber, volumetric)
 
 
-def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
-    """Return the slab or disc of a case between plates, at the time of its state.
-
-    Raises NotApplicable if an assumption of the theory is violated.
-    """
-    analysis, ends = _analysis(case), _ends(case, PLATES)
-    if ends.force and not any(
-        isinstance(b.thing, RigidPlate) and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
-    ):
-        raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
-    _check_no_fluid_pressure(case)
-    dimension, half, root, across = (
-        _disc_dimensions(case, ends) if reference.thing.about == "disc" else _slab_dimensions(case, ends)
-    )
-    driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
-    shear, modulus = _moduli(case)
-    amount = ends.amount * ends.area if ends.force else ends.amount
-    return CompressedPorousBody(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
-                    case.material.permeability, ends.force, amount, driven, analysis.now)  # fmt: skip
-
-
-def _slab_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return the dimension, the half-width, m, a point of the symmetry plane, m, and a lateral vector of a slab.
-
-    Raises NotApplicable.
-    """
-    body = ends.body
-    if not isinstance(body, BoxBody) or body.turns:
-        raise NotApplicable(f"`{case.body.name}` is not a slab", "use a box, or a rectangle in `plane_strain(...)`")
-    sides = [c for c in range(3) if c != ends.way]
-    open_ = {c: _open_faces(case, body, c) for c in sides}
-    ways = [c for c in sides if open_[c]]
-    if len(ways) != 1 or not all(body.selected_faces(d.thing.where, ways[0]) for d in case.drains):
-        raise NotApplicable(
-            "its fluid does not leave along exactly one direction",
-            "apply `drained(...)` to whole sides normal to one direction",
-        )
-    way, other = ways[0], next(c for c in sides if c != ways[0])
-    if _held_sides(case, body, other) != {0, 1}:
-        raise NotApplicable(f"it can expand along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
-    held = _held_sides(case, body, way)
-    if len(held) != 1 or open_[way] != {0, 1} - held:
-        raise NotApplicable(f"along {'xyz'[way]} it needs one side held as a plane of symmetry, and the other free "
-                            "and drained",
-                      "model one half: hold its middle plane, undrained, and drain the other side")  # fmt: skip
-    root = replace_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
-    return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
-
-
 def _open_faces(case: Case, body: BoxBody, axis: int) -> set[int]:
     """Return the faces normal to a lateral direction that are drained; 0 is the low one."""
     return set[int]().union(*(body.selected_faces(d.thing.where, axis) for d in case.drains))
-
-
-def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return the dimension, the radius, m, the centre of the held plate, m, and a zero vector for a disc.
-
-    Raises NotApplicable.
-    """
-    body, none = ends.body, (0.0, 0.0, 0.0)
-    remedy = "use a `cylinder(...)`, or a rectangle that begins at x = 0 in `axisymmetric(...)`"
-    if isinstance(body, BoxBody):
-        if not body.turns or body.low[0] != 0.0 or ends.way != 1:
-            raise NotApplicable(f"`{case.body.name}` is not a disc", remedy)
-        if any(body.selected_faces(d.thing.where, 0) != {1} for d in case.drains):
-            raise NotApplicable(
-                "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
-            )
-        if 1 in _held_sides(case, body, 0):
-            raise NotApplicable("its side is held", "leave it free")
-        return 2, body.high[0], ends.root, none
-    if not all(body.around(d.thing.where) for d in case.drains):
-        raise NotApplicable(
-            "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
-        )
-    for support in case.named_supports:
-        if ends.selected_ends(support.thing.where) and support.thing.components == (ends.way,):
-            continue
-        if not all(body.selects_axial_plane(support.thing.where, c) for c in support.thing.components):
-            raise NotApplicable(f"the support `{support.name}` prevents radial motion",
-                          "hold points across its axis only on the planes through it")  # fmt: skip
-    return 2, body.shape.radius, ends.root, none
 
 
 # ------------------------------------------------------------------ results of the theories
@@ -362,27 +261,6 @@ class Fluid:
         return float(self.theory.pressure(np.array([point]))[0])
 
 
-def porous_theory_forces(case: Case, theory: Any) -> EquilibriumForces:
-    """Return the axial forces and the fluid results of a theory; it gives no lateral forces."""
-    ends = _ends(case, DRIVE)
-    none, found = (0.0, 0.0, 0.0), {}
-    unknown = (math.nan, math.nan, math.nan)
-    for support in case.supports:
-        own = ends.selected_ends(support.thing.where)
-        if ends.way not in support.thing.components or not own:
-            found[support.name] = Reaction(unknown, unknown, theory.root, unknown)
-            continue
-        sign, far = (-1.0, 0.0) if own == {ends.held} else (1.0, ends.length)
-        force, at = add_multiples(none, (sign * theory.pull, ends.axis)), add_multiples(theory.root, (far, ends.axis))
-        found[support.name] = Reaction(force, cross(at, force), at, none)
-    nothing = Reaction(none, none, theory.root, none)  # for supports without constrained points
-    found |= {own.name: nothing for own in (*case.beds, *case.drains)}
-    work = {} if not ends.force else {ends.driving.name: None}
-    return EquilibriumForces(
-        found, work, math.nan, dissipated=math.nan, fluid=Fluid(theory, _outflows(case, ends, theory))
-    )
-
-
 def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
     """Return the outflow through each support, m^3, by name.
 
@@ -396,7 +274,156 @@ def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
     return found
 
 
-def doubt_of(theory: Any) -> str | None:
-    """Return why the theory is inaccurate for the body, because strains are not small, or None."""
-    large = getattr(theory, "strained", 0.0)
-    return LARGE.format(100.0 * large) if large > SMALL else None
+# ------------------------------------------------------------------ setups
+
+
+class PorousSetup(TheorySetup):
+    """Setup of the theories of a poroelastic body between two ends."""
+
+    admits_rigid_plates = admits_material_history = is_poroelastic = True
+
+    def forces(self, case: Case, solution: Any) -> EquilibriumForces:
+        """Return the axial forces and the fluid results of a theory; it gives no lateral forces."""
+        ends = _ends(case, DRIVE)
+        none, found = (0.0, 0.0, 0.0), {}
+        unknown = (math.nan, math.nan, math.nan)
+        for support in case.supports:
+            own = ends.selected_ends(support.thing.where)
+            if ends.way not in support.thing.components or not own:
+                found[support.name] = Reaction(unknown, unknown, solution.root, unknown)
+                continue
+            sign, far = (-1.0, 0.0) if own == {ends.held} else (1.0, ends.length)
+            force, at = (
+                add_multiples(none, (sign * solution.pull, ends.axis)),
+                add_multiples(solution.root, (far, ends.axis)),
+            )
+            found[support.name] = Reaction(force, cross(at, force), at, none)
+        nothing = Reaction(none, none, solution.root, none)  # for supports without constrained points
+        found |= {own.name: nothing for own in (*case.beds, *case.drains)}
+        work = {} if not ends.force else {ends.driving.name: None}
+        return EquilibriumForces(
+            found, work, math.nan, dissipated=math.nan, fluid=Fluid(solution, _outflows(case, ends, solution))
+        )
+
+    def warning(self, solution: Any) -> str | None:
+        """Return why the theory is inaccurate for the body, because strains are not small, or None."""
+        large = getattr(solution, "strained", 0.0)
+        return LARGE.format(100.0 * large) if large > SMALL else None
+
+
+class PorousColumnSetup(PorousSetup):
+    """Porous column in small strain, which cannot expand laterally."""
+
+    def problem_from(self, reference: Declared, case: Case) -> Column:
+        analysis, ends, drains = _analysis_ends_and_drains(case)
+        driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
+        amount = ends.amount * ends.area if ends.force else ends.amount
+        return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1],
+                      case.material.permeability, ends.force, amount, driven, analysis.now)  # fmt: skip
+
+
+class FinitePorousColumnSetup(PorousSetup):
+    """Porous column in finite strain, which cannot expand laterally."""
+
+    def problem_from(self, reference: Declared, case: Case) -> PressedColumn:
+        analysis, ends, drains = _analysis_ends_and_drains(case)
+        material = case.material
+        driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
+        k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
+        times = tuple(float(t) for t in analysis.moments if 0.0 < t < analysis.now)
+        return PressedColumn(ends.length, ends.area, ends.root, ends.axis, drains, skeleton_of(case), k, ends.force,
+                             ends.amount, driven, analysis.now, times)  # fmt: skip
+
+    def facts(self, solution: Any) -> Mapping[str, Any]:
+        return {"force_error_N": solution.pull_error}
+
+
+class CompressedPorousBodySetup(PorousSetup):
+    """Setup of the theories of a porous body that plates compress and that expands laterally."""
+
+    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+        """Return the dimension, the half-width or radius, m, a fixed point, m, and a lateral vector of the body.
+
+        Raises NotApplicable.
+        """
+        raise NotImplementedError
+
+    def problem_from(self, reference: Declared, case: Case) -> CompressedPorousBody:
+        analysis, ends = _analysis(case), _ends(case, PLATES)
+        if ends.force and not any(
+            isinstance(b.thing, RigidPlate) and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
+        ):
+            raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
+        _check_no_fluid_pressure(case)
+        dimension, half, root, across = self.dimensions(case, ends)
+        driven = amplitude_until(at_full_size(ends.driving.thing).amplitude, analysis.duration)
+        shear, modulus = _moduli(case)
+        amount = ends.amount * ends.area if ends.force else ends.amount
+        return CompressedPorousBody(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
+                        case.material.permeability, ends.force, amount, driven, analysis.now)  # fmt: skip
+
+
+class PorousSlabSetup(CompressedPorousBodySetup):
+    """Porous slab between plates, in plane strain."""
+
+    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+        """Return the dimension, the half-width, m, a point of the symmetry plane, m, and a lateral vector of a slab.
+
+        Raises NotApplicable.
+        """
+        body = ends.body
+        if not isinstance(body, BoxBody) or body.turns:
+            raise NotApplicable(f"`{case.body.name}` is not a slab", "use a box, or a rectangle in `plane_strain(...)`")
+        sides = [c for c in range(3) if c != ends.way]
+        open_ = {c: _open_faces(case, body, c) for c in sides}
+        ways = [c for c in sides if open_[c]]
+        if len(ways) != 1 or not all(body.selected_faces(d.thing.where, ways[0]) for d in case.drains):
+            raise NotApplicable(
+                "its fluid does not leave along exactly one direction",
+                "apply `drained(...)` to whole sides normal to one direction",
+            )
+        way, other = ways[0], next(c for c in sides if c != ways[0])
+        if _held_sides(case, body, other) != {0, 1}:
+            raise NotApplicable(
+                f"it can expand along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`"
+            )
+        held = _held_sides(case, body, way)
+        if len(held) != 1 or open_[way] != {0, 1} - held:
+            raise NotApplicable(f"along {'xyz'[way]} it needs one side held as a plane of symmetry, and the other free "
+                                "and drained",
+                          "model one half: hold its middle plane, undrained, and drain the other side")  # fmt: skip
+        root = replace_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
+        return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
+
+
+class PorousDiscSetup(CompressedPorousBodySetup):
+    """Porous disc between plates."""
+
+    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+        """Return the dimension, the radius, m, the centre of the held plate, m, and a zero vector for a disc.
+
+        Raises NotApplicable.
+        """
+        body, none = ends.body, (0.0, 0.0, 0.0)
+        remedy = "use a `cylinder(...)`, or a rectangle that begins at x = 0 in `axisymmetric(...)`"
+        if isinstance(body, BoxBody):
+            if not body.turns or body.low[0] != 0.0 or ends.way != 1:
+                raise NotApplicable(f"`{case.body.name}` is not a disc", remedy)
+            if any(body.selected_faces(d.thing.where, 0) != {1} for d in case.drains):
+                raise NotApplicable(
+                    "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
+                )
+            if 1 in _held_sides(case, body, 0):
+                raise NotApplicable("its side is held", "leave it free")
+            return 2, body.high[0], ends.root, none
+        if not all(body.around(d.thing.where) for d in case.drains):
+            raise NotApplicable(
+                "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
+            )
+        for support in case.named_supports:
+            if ends.selected_ends(support.thing.where) and support.thing.components == (ends.way,):
+                continue
+            if not all(body.selects_axial_plane(support.thing.where, c) for c in support.thing.components):
+                raise NotApplicable(f"the support `{support.name}` prevents radial motion",
+                              "hold points across its axis only on the planes through it")  # fmt: skip
+        return 2, body.shape.radius, ends.root, none

@@ -1,0 +1,76 @@
+"""Setup of the theory of torsion of a cylinder, and the forces of the theory."""
+
+from __future__ import annotations
+
+import math
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
+from softmark.interpreter.problem.rubber_constants import rubber_of
+from softmark.interpreter.problem.theories.theory_setup import TheorySetup
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.support_words import Fixed, Rotated
+from softmark.references.rubber_torsion import TwistedCylinder
+from softmark.references.straight_cantilever import NotApplicable
+from softmark.solvers.mesh.shape import add_multiples, cross
+from softmark.solvers.mesh.shapes import Cylinder
+
+ALIGNED = 1e-9  # relative tolerance of the rotation axis
+REMEDY = "hold one end with `fixed(...)` and rotate the other with `rotated(...)`, without other supports"
+
+
+class TorsionSetup(TheorySetup):
+    """Torsion of a solid rubber cylinder."""
+
+    def problem_from(self, reference: Declared, case: Case) -> TwistedCylinder:
+        shape, name = case.shape, case.body.name
+        if not isinstance(shape, Cylinder):
+            raise NotApplicable(
+                f"`{name}` is not a solid cylinder", "use a solid cylinder: other sections warp, or their walls deform"
+            )
+        if case.parts:
+            raise NotApplicable(f"`{name}` does not consist of one material", "use one material for the whole body")
+        rubber = rubber_of(case)
+        if isinstance(case.analysis, Dynamic):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
+        for load in case.loads:
+            raise NotApplicable(f"the load `{load.name}` acts as well", "remove all loads")
+        held, turned = _held_end_and_rotation(case)
+        root, axis = end_frame(shape, held)
+        away = add_multiples(turned.through, (-1.0, root))
+        if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
+            raise NotApplicable("it is not rotated about its own axis", "give the axis and `through` of the cylinder")
+        angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
+        return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
+
+    def forces(self, case: Case, solution: TwistedCylinder) -> EquilibriumForces:
+        """Return the reaction forces and moments of the theory."""
+        found, none = {}, (0.0, 0.0, 0.0)
+        for support in case.supports:
+            turned = isinstance(support.thing, Rotated)
+            at = add_multiples(solution.root, (solution.length if turned else 0.0, solution.axis))
+            sign = 1.0 if turned else -1.0
+            force = add_multiples(none, (-sign * solution.thrust, solution.axis))
+            moment = add_multiples(none, (sign * solution.torque, solution.axis))
+            found[support.name] = Reaction(force, add_multiples(moment, (1.0, cross(at, force))), at, moment)
+        return EquilibriumForces(found, {}, solution.energy)
+
+
+def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
+    """Return the held end (0 is the root), and the rotation of the other end. Raises NotApplicable."""
+    found: dict[int, object] = {}
+    for support in case.supports:
+        thing = support.thing
+        if not isinstance(thing, Fixed | Rotated) or len(thing.components) < 3:
+            raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
+        if (end := single_selected_end(thing.where, case.prism)) is None:
+            raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
+        if end in found:
+            raise NotApplicable("two supports hold one end", REMEDY)
+        found[end] = thing
+    for end, thing in found.items():
+        if isinstance(thing, Rotated) and isinstance(found.get(1 - end), Fixed):
+            return 1 - end, thing
+    raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)
