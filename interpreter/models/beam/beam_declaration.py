@@ -41,6 +41,8 @@ ACCEPTED_LOADS = (  # help of E501
     "use gravity, tendons, tractions and torques on an end face, or forces and lines of force along the beam"
 )
 MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, largest winding of a tendon along a segment
+WHOLE_SECTIONS = "constrain whole cross-sections at nodes of the axis; more `segments` give more nodes"
+ALL_DIRECTIONS = "constrain all three directions: leave out `components`"
 
 
 @dataclass(frozen=True)
@@ -154,40 +156,29 @@ class Beam6Dof(Model):
         """Return errors for supports that a beam cannot represent."""
         found = []
         for support in case.supports:
-            if not isinstance(support.thing, self.supports):
-                continue
-            where = support.thing.where
-            between = {cover for _, cover in inner_stations(where, case.prism)}
-            cover = coverages(where, case.prism, self.stations(case))
-            straight = isinstance(case.prism, Prism)
-            oblique = len(support.thing.components) < 3 and not (straight and _is_axis_aligned(case.prism.axis))
-            reason = (
-                "follows tracked points, which do not move a section rigidly"
-                if support.thing.tracked is not None
-                else "selects only part of a cross-section"
-                if "some" in cover | between
-                else "selects no cross-section at a node"
-                if cover == {"none"}
-                else f"constrains only some components of {'an oblique' if straight else 'a curved'} beam"
-                if oblique
-                else "rotates sections about an axis that its components leave free"
-                if support.thing.turns and _rotates_about_free_axis(case, support)
-                else ""
-            )
-            help = "constrain whole cross-sections at nodes of the axis; more `segments` give more nodes"
-            if reason.startswith(("constrains only", "rotates")):
-                help = "constrain all three directions: leave out `components`"
-            if reason:
-                found.append(
-                    diagnostic(
-                        "E501",
-                        support.at("where"),
-                        f"`{declared.name}` cannot represent the support `{support.name}`",
-                        reason,
-                        help,
-                    )
-                )
+            if isinstance(support.thing, self.supports) and (why := self._unsupported_support(support, case)):
+                problem = f"`{declared.name}` cannot represent the support `{support.name}`"
+                found.append(diagnostic("E501", support.at("where"), problem, *why))
         return found
+
+    def _unsupported_support(self, support: Declared, case: Case) -> tuple[str, str] | None:
+        """Return why a beam cannot represent a support, and the remedy; None if it can."""
+        between = {cover for _, cover in inner_stations(support.thing.where, case.prism)}
+        cover = coverages(support.thing.where, case.prism, self.stations(case))
+        straight = isinstance(case.prism, Prism)
+        oblique = len(support.thing.components) < 3 and not (straight and _is_axis_aligned(case.prism.axis))
+        if support.thing.tracked is not None:
+            return "follows tracked points, which do not move a section rigidly", WHOLE_SECTIONS
+        if "some" in cover | between:
+            return "selects only part of a cross-section", WHOLE_SECTIONS
+        if cover == {"none"}:
+            return "selects no cross-section at a node", WHOLE_SECTIONS
+        if oblique:
+            kind = "an oblique" if straight else "a curved"
+            return f"constrains only some components of {kind} beam", ALL_DIRECTIONS
+        if support.thing.turns and _rotates_about_free_axis(case, support):
+            return "rotates sections about an axis that its components leave free", ALL_DIRECTIONS
+        return None
 
     def _constraint_errors(self, case: Case) -> list[Diagnostic]:
         """Return errors if supports conflict or leave the beam free to move."""
