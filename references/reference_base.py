@@ -33,6 +33,11 @@ class Reference:
     source: ClassVar[str]  # who says so
     error_meaning: ClassVar[str]  # quantity that its estimated error bounds
 
+    def __init_subclass__(cls) -> None:
+        """Raise TypeError if a reference defines `about`, the earlier name of `problem_kind`, which nothing reads."""
+        if "about" in vars(cls) and "about" not in vars(cls).get("__annotations__", {}):
+            raise TypeError(f"`{cls.__name__}` defines `about`, which is called `problem_kind` now")
+
     @classmethod
     def usually(cls) -> str:
         """Return the default kind of truth as text, such as `one code`."""

@@ -192,7 +192,7 @@ def test_a_room_says_what_lives_there(part: str) -> None:
 
 @pytest.mark.parametrize("part", ROOMS)
 def test_the_map_for_contributors_names_every_room_in_its_order(part: str) -> None:
-    text = (ROOT / "tests" / "README.md").read_text(encoding="utf-8")
+    text = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
     found = re.search(rf"^{part}/ .*\n((?:  .*\n)+)", text, re.MULTILINE)
     assert found is not None
     assert re.findall(r"\w+", re.sub(r"\([^)]*\)", "", found[1])) == ROOMS[part]

@@ -17,6 +17,7 @@ from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, shifte
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
     from softmark.solvers.materials.constitutive_law import Array, Law
 else:
@@ -93,7 +94,7 @@ class PlaneStress:
             self._find_thickness_stretches(F, np.flatnonzero(~known), None)
         return F
 
-    def _find_thickness_stretches(self, F: Array, left: Array, planar: Array | None) -> None:
+    def _find_thickness_stretches(self, F: Array, left: NDArray[np.intp], planar: Array | None) -> None:
         """Set the thickness stretch of the points `left` (k,) in F (m, 3, 3).
 
         `planar` (2, m) are the logarithms of the principal stretches in the plane; without them full tensors are used.

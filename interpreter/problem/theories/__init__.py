@@ -13,6 +13,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.body_case import fault
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 
 THEORIES = {
@@ -36,9 +37,16 @@ THEORIES = {
 
 
 def theory_setup_of(reference: Declared) -> TheorySetup:
-    """Return the setup of the theory of a reference; for measured and refined references one that gives no results."""
+    """Return the setup of the theory of a reference; for measured and refined references one that gives no results.
+
+    Raises Fault if a plugin's reference names an unknown kind of problem.
+    """
     if reference.thing.how != "solved":
         return TheorySetup()
-    module, name = THEORIES[reference.thing.problem_kind].split(":")
+    kind = reference.thing.problem_kind
+    if kind not in THEORIES:
+        raise fault("E503", reference.at(), f"`{reference.name}` solves problems of the unknown kind `{kind}`",
+                    help=f"set `problem_kind` of its class to one of: {', '.join(THEORIES)}")  # fmt: skip
+    module, name = THEORIES[kind].split(":")
     setup: TheorySetup = getattr(import_module(f"{__name__}.{module}"), name)()
     return setup
