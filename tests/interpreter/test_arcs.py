@@ -70,6 +70,8 @@ def castigliano(shape: str, force: tuple[float, float, float], moment: float) ->
     return [xx * Fx + xy * Fy + of_moment[0], xy * Fx + yy * Fy + of_moment[1], zz * Fz]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("shape", "load", "force", "moment"),
     [

@@ -38,6 +38,8 @@ def solved(text: str) -> dict[str, Any]:
     return {name: metric.value for name, metric in model.metrics.items()}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("element", ["hex8", "hex20", "tet10"])
 def test_a_bar_whose_density_grows_along_it(element: str) -> None:
     """With rho = r (1 + x/L), E u' = w^2 r int_x^L (t + t^2/L) dt, so that E u(L) = w^2 r L^3 (1/3 + 1/4).

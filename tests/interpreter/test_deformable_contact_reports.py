@@ -116,6 +116,8 @@ metric   p2   = pressure_along(flat, own)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("element", ["quad4", "quad8"])
 def test_what_a_mirror_image_does_a_plane_does(element: str) -> None:
     """Force, area and pressure along the radius; gaps of 5 um at most are left by each, 3 % of a travel of 0.2 mm."""

@@ -127,6 +127,8 @@ def cubes(contact: str, by: str, strain: str) -> str:
     return CUBES.replace("CONTACT", contact).replace("BY", by).replace("STRAIN", strain)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("contact", "strain", "remedy"),
     [("tied(pair)", "finite", "let the surfaces meet"), ("self_contact(pair)", "small", "write `strain = finite`")],

@@ -250,6 +250,8 @@ def test_an_edge_that_a_condition_cuts_is_known() -> None:
     assert selected_edge_area(ring, below, 0.003) == pytest.approx(2.0 * math.pi * around, rel=1e-7)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "model"),
     [

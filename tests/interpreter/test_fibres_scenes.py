@@ -71,6 +71,8 @@ def test_forces_of_every_law_are_found_again(law: str, fibres: str, tension: str
     judged(law, fibres, ", bulk = 20 kPa", LOOSE, tension)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_expressions_that_are_the_same_everywhere_are_a_direction() -> None:
     """Arrays of points and one direction for all come to the same state: to rounding."""
     one = judged("guccione", "(1, 2, 3)", "", TIGHT[:1])
@@ -190,6 +192,8 @@ def halved(law: str, own: str = "", whole: bool = False) -> dict[str, float]:
     return {name: float(m.value or 0.0) for name, m in softmark.loads(text).run().models["cubes"].metrics.items()}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("fibres", ["(1, 0, 1)", "(10 mm, y, 0 mm)"])
 def test_half_stands_for_the_whole_where_fibres_are_their_own_mirror_image(fibres: str) -> None:
     """The same mesh on both sides: to what the solver leaves of forces."""

@@ -21,6 +21,8 @@ metric F = force(c, along = +z)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("young", "load", "shortening", "force"),
     [

@@ -48,6 +48,8 @@ metric   still = stick_area(touch)
 )
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.99, 1.01])
 def test_a_block_on_a_slope(share: float) -> None:
     """It stays within 1 % below arctan(mu), under its whole weight, and slides beyond, where nothing is in balance."""

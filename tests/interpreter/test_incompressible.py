@@ -88,6 +88,8 @@ model capped = fem(tet10, strain = finite, formulation = mixed, size = 10 mm, ma
     assert report.models["capped"].status == "capped"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_the_mean_dilatation_moves_and_can_be_reduced() -> None:
     """It is an energy of displacements: dynamics and reduced models take it; its modes sag as it does, to 2 %."""
     text = "model means = fem(hex8, strain = corotational, formulation = mean_dilatation, size = 10 mm)\n"

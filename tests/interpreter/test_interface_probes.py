@@ -148,6 +148,8 @@ def tube(ends: list[float], moduli: list[float], nu: float, p: float) -> list[tu
     return [(float(A[2 * i]), float(A[2 * i + 1])) for i in range(n)]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", cases(60, 3))
 def test_layers_of_tubes(seed: int) -> None:
     """Hoop stress across the wall of bodies of revolution: means by equilibrium, both sides of interfaces by Lame.

@@ -110,6 +110,8 @@ def test_a_difference_below_the_uncertainty_is_marked(tmp_path: Path, shift: flo
     assert gap["max_m"] <= shift + 1e-8  # a file of PLY has floats of 24 bits
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("register", ["clamp", "icp"])
 def test_a_scan_in_another_place_is_moved_back(tmp_path: Path, register: str) -> None:
     """Moved by 3 mm along the axis and up: registered on the face that is held, or on the model itself."""
@@ -228,6 +230,8 @@ def test_against_a_model() -> None:
     assert report.references["theory"].metrics["off"].value < metrics["off"].value
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_two_bodies_are_judged_by_their_own_scans(tmp_path: Path) -> None:
     scanned(tmp_path, BEAM)
     two = BEAM.replace("segments = 20)", "segments = 20, body = beam)")

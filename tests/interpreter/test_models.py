@@ -218,6 +218,8 @@ def test_a_traction_that_is_not_on_the_end_face_alone_is_refused_by_a_beam() -> 
         bar(ROD + "load p = traction(bar, where = x >= 0.95 * L, vector = (0, 0, -1) Pa)\n")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("size", [10, 7, 4])
 def test_part_of_a_face_carries_its_part_of_the_force(size: int) -> None:
     # 70 % of the end face under 1 kPa along x: the mean strain, seen at 0.7 L, is 0.7 kPa / E; triangles across the

@@ -100,6 +100,8 @@ def test_a_free_bar_flies_on_and_turns_about_its_centre() -> None:
     np.testing.assert_allclose(x[:, 4] - x[:, 2], 0.1 * away, atol=1.3e-5)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_clamp_that_moves_takes_the_bar_along() -> None:
     """Raised by 20 mm in 1 s, which is slow, by damped steps: at the end all of it has moved as far, to 0.1 mm."""
     lifted = "support lift = displaced(bar, where = x <= 0 mm, by = (0, 0, 20) mm, amplitude = ramp(over = 1 s))\n"

@@ -73,6 +73,8 @@ def free(tension: float) -> float:
     return L * float(1.0 - brentq(stress, 0.5, 1.1, xtol=1e-14))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("analysis", "course", "shares"), [
     ("static(states = [0, 25, 100, 50] %)", "per_state", (0.0, 0.25, 1.0, 0.5)),
     ("quasistatic(duration = 1 s, step = 1 s, times = [0.5, 1] s)", "smooth(over = 1 s)", (0.5, 1.0)),

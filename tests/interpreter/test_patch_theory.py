@@ -163,6 +163,8 @@ def test_a_model_of_glued_blocks_is_held_against_it(load: str) -> None:
     assert values["miss"] < 1e-6
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("body", "inner"), [("plane_strain", "0"), ("axisymmetric", "0"), ("axisymmetric", "4")])
 def test_a_model_in_the_plane_and_of_revolution(body: str, inner: str) -> None:
     """What quadrature leaves of a uniform pressure, in facets of 4 and 2.8 mm: 0.2 %. Forces are those of the load."""

@@ -74,6 +74,8 @@ def by_skfem(element: str, kind: str) -> tuple[np.ndarray, np.ndarray]:
     return basis.doflocs[:, 0::2].T, np.stack([u[0::2], u[1::2]], axis=1)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["plane_strain", "plane_stress"])
 @pytest.mark.parametrize("element", ["quad4", "quad8", "quad9", "tri3", "tri6"])
 def test_linear_answers_are_those_of_scikit_fem(element: str, kind: str) -> None:
@@ -142,6 +144,8 @@ metric   saved = strain_energy(strip)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["neo_hookean", "neo_hookean_isochoric", "stable_neo_hookean", "st_venant_kirchhoff"])
 def test_a_pulled_strip_in_plane_stress(law: str) -> None:
     """At stretch 1.4 as narrow as thin, and force, stress and energy those of a bar, by root finding and the law."""

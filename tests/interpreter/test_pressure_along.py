@@ -94,6 +94,8 @@ def test_points_beside_the_surface_are_told() -> None:
     assert "8 of 9 points of the undeformed probe are not on the surface of the contact `touch`" in reason
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("shape", "end", "why"),
     [

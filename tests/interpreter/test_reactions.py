@@ -55,6 +55,8 @@ def held() -> softmark.Report:
     return softmark.loads(BEAM + MODELS).run()
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_every_kind_of_model_holds_its_weight_and_no_more(held: softmark.Report) -> None:
     """Of a box meshes have the whole volume. A rod that does not bend far has rho g A L^2 / 2 at its root (3.2)."""
     for name, model in held.models.items():

@@ -32,6 +32,8 @@ def usual() -> softmark.Report:
     return report("")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["scrambled", "flattened", "collapsed", "inverted", "spun"])
 def test_the_same_equilibrium_or_none(usual: softmark.Report, kind: str) -> None:
     """Both solutions meet the tolerance 1e-8 of the load: 1e-6 between them leaves room for the condition."""

@@ -89,6 +89,8 @@ def test_a_tolerance_takes_as_many_fields_as_it_needs() -> None:
     assert error(report.models["fine"]) < 1e-3
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("element", ["hex8, strain = finite", "tet4, strain = corotational", "tet10, strain = finite"])
 def test_sampled_cells_cost_little_accuracy(element: str) -> None:
     """`sampling = 0.5 %` bounds how far the training states move; the scene is one of them. Twice for higher orders."""

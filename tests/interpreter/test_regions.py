@@ -260,6 +260,8 @@ OPPOSITE = (
 )
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("stiff", "length", "regions", "exact"),
     [

@@ -81,6 +81,8 @@ def report() -> softmark.Report:
     return several("expect finite.pull > 0.1 N\nexpect finite.pull.at(40 %) < 5 N\nexpect finite.pull < 5 N\n")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_each_state_is_the_scene_with_that_situation_alone(report: softmark.Report) -> None:
     same(report, 2, MODELS)
 

@@ -110,6 +110,8 @@ def test_the_edge_of_a_clamp_has_no_largest_stress(tmp_path: Path) -> None:
     assert found[1] > 1.05 * found[0]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_faces_of_symmetry_have_no_such_edge(tmp_path: Path) -> None:
     """Rollers on three faces and a pull: uniform tension, whose stress is known to rounding up to every edge."""
     text = BAR.replace("support  wall  = fixed(bar, where = x <= 0 mm)", "".join(

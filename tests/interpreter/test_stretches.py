@@ -54,6 +54,8 @@ def test_shares_of_cross_sections(shape: Box | Cylinder, text: str, exact: float
     assert selected_share(condition(text), shape, 0.0) == pytest.approx(exact, abs=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_shares_of_oblique_sections_against_points(seed: int) -> None:
     """Random planes through an oblique cylinder's section against 200 000 points: five standard deviations, 0.006."""

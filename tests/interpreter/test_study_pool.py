@@ -329,6 +329,8 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
     assert all("no connection to the scheduler: the stream is closed" in str(other.to_json()) for other in others)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_worker_whose_parent_has_ended_ends_without_a_traceback() -> None:
     """An interrupt ends the parent while a worker starts: its first message meets a closed pipe."""
     command = [sys.executable, "-m", "softmark.interpreter.study.workers.worker_process"]

@@ -77,6 +77,8 @@ def forces(mesh: Mesh, whole: np.ndarray, f: np.ndarray, xi: np.ndarray, w: np.n
     return float(found[:, 0].sum())
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @KINDS
 @pytest.mark.parametrize(
     ("text", "area"),
@@ -132,6 +134,8 @@ def test_bands_and_segments_on_a_cylinder(kind: str) -> None:
     assert along.remainder < 1e-14  # m^2, of the ends
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "area", "normal"),
     [
@@ -262,6 +266,7 @@ def test_bounds_hold(text: str) -> None:
 # ------------------------------------------------------------------ curved surfaces of files
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize("along", [2, 4])
 @KINDS
@@ -297,6 +302,8 @@ def test_borders_across_a_surface_are_not_moved(kind: str) -> None:
     assert not mask.any()
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @KINDS
 def test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets(kind: str) -> None:
     """Both parts of a cut add up to the whole, and they approach Archimedes' 2 pi R h from inside."""

@@ -53,6 +53,8 @@ def both(loads: str, more: str = "") -> tuple[Any, Any]:
     return horn, member
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("loads", [LOADS, "load turn = torque(pole, where = x >= 1 m, moment = (1, 0, 3) uN*m)\n"])
 def test_a_cone_is_a_member_that_tapers(loads: str) -> None:
     """Bent far by its weight, a force and a line, and twisted: to the tolerance of both, 1e-8."""

@@ -59,6 +59,8 @@ def test_a_block_comes_to_lie_on_a_plane_with_its_weight(z: float) -> None:
     assert "along z and stays at its initial position" in str(said.help)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_nothing_stops_is_refused() -> None:
     """Too far from the plane; and on a slope without friction, where it slides on along it."""
     assert "it moves away along (0, 0, -1)" in str(solved(FALLS, z=500.0).models["cubes"].message)

@@ -69,6 +69,8 @@ def test_a_bar_creeps_and_a_cantilever_sags_as_the_solid_does() -> None:
     np.testing.assert_allclose(np.array(sag) / sag[0], CREEP, rtol=3e-5)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "model", ["beam6dof(segments = 4)", "fem(hex8, strain = corotational, size = 5 mm)", "fem(tet10, size = 5 mm)"]
 )
@@ -118,6 +120,8 @@ def test_what_is_held_relaxes_and_its_heat_is_that_of_the_springs() -> None:
         assert heat + kept == pytest.approx(0.5 * whole * 1e-4, rel=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_two_supports_that_impose_the_same_move_it_as_one_does() -> None:
     """Half of the way at half of the time: it was a quarter, by the courses of both."""
     grip = "support NAME = displaced(bar, where = x >= 100 mm, by = (0.1, 0, 0) mm, amplitude = ramp(over = 10 s))\n"

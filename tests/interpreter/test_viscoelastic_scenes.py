@@ -315,6 +315,8 @@ analysis hold  = quasistatic(duration = 4 s, step = 0.5 s, times = [1, 2, 4] s)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("element", "nu", "of"),
     [

@@ -36,6 +36,8 @@ def scene(path: Path, body: str, nodes: np.ndarray, moved: np.ndarray, model: st
     return str(path / "patch.scene")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "model",
     ["hex8, strain = small", "hex20, strain = small",
@@ -66,6 +68,8 @@ def _between() -> tuple[np.ndarray, np.ndarray]:
     return cube[halves == 1], cube[halves == 2]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("element", ["quad4", "quad8", "quad9"])
 def test_the_patch_of_membranes(element: str, tmp_path: Path) -> None:
     meshio.Mesh(np.pad(PLANE, ((0, 0), (0, 1))), [("quad", CELLS)]).write(tmp_path / "patch.vtk")

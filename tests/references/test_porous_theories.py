@@ -311,6 +311,8 @@ def pressed(t: float, force: bool, amount: float, driven: Amplitude, k: Permeabi
     return PressedColumn(1.0, 1.0, ORIGIN, Z, drains, skeleton, k, force, amount, driven, t)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("drains", ["driven", "held", "both"])
 @pytest.mark.parametrize(("force", "driven"), [pytest.param(True, ONCE, marks=pytest.mark.slow), (False, RAMP)])
 def test_a_little_it_is_terzaghis_column(drains: str, force: bool, driven: Amplitude) -> None:

@@ -190,6 +190,8 @@ def test_what_is_equally_near_is_the_first_face(law: Maker, elastic: Energies) -
         assert abs(sliding.tangential_coupling(x + noise).W - W).max() < 1e-9
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_friction_changes_continuously_where_a_sample_passes_from_face_to_face(law: Maker, elastic: Energies) -> None:
     """A point slides down one side of a groove to the bottom, where the other side becomes the nearer one.
 

@@ -81,6 +81,8 @@ IMPACT = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=[pytest.mark.slow] if n in ("newmark", "midpoint") else []) for n in sorted(IMPACT)]
 )
@@ -123,6 +125,8 @@ def test_a_wall_that_comes_does_the_work(law: Maker, elastic: Energies) -> None:
     assert path.balance.gain <= 1e-9
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["implicit_euler", "generalized_alpha"])
 def test_nothing_goes_through_a_wall_thinner_than_a_step(name: str, law: Maker, elastic: Energies) -> None:
     """The bar flies 0.05 in a step, at a plate that is 0.01 thick: it ends in front of it."""

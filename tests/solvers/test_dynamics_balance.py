@@ -107,6 +107,8 @@ def test_a_support_that_moves_and_comes_back(name: str, spring: type[Any], sampl
 # ------------------------------------------------------------------ what does not
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_stiff_body_that_spins_too_fast_for_the_step_never_comes_out_as_converged_with_a_gain(
     name: str, spring: type[Any]

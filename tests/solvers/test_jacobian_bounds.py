@@ -27,6 +27,8 @@ def grid(kind: str) -> np.ndarray:
     return xi[xi.sum(axis=1) <= 1.0 + 1e-12] if kind == "tet10" else xi
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("count", [60, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", [kind for kind in ELEMENTS if not ELEMENTS[kind].constant])
 def test_none_is_missed_and_none_is_blamed(kind: str, count: int) -> None:

@@ -221,6 +221,8 @@ class PyPardisoSolver:
         found.cache_clear()
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("unfound")
 @pytest.mark.parametrize("symmetric", [True, False])
 def test_pardiso_without_its_library_gives_way(symmetric: bool, law: Maker, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,6 +236,8 @@ def test_pardiso_without_its_library_gives_way(symmetric: bool, law: Maker, monk
         assert np.linalg.norm(K @ made.solve(b) - b) <= 1e-12 * np.linalg.norm(b)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("unfound")
 def test_a_model_without_pardisos_library_says_what_solved_it() -> None:
     """It ended in an ImportError."""

@@ -253,6 +253,8 @@ ELEMENTS = [
 ]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("family", [pytest.param("uniform", marks=pytest.mark.slow), "warped"])
 @pytest.mark.parametrize("law", ["small", "neo_hookean"])
 @pytest.mark.parametrize(("kind", "integrated", "edges", "order"), ELEMENTS)
@@ -355,6 +357,8 @@ CURVED = [
 ]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("problem", ["lame", pytest.param("kirsch", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("kind", "integrated", "edges", "order"), CURVED)
 def test_order_on_curved_bodies(

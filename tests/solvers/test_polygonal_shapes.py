@@ -90,6 +90,8 @@ def test_volume_and_area_by_formulas_of_frustums(name: str) -> None:
     assert TURNED[name].skin == pytest.approx(1e-6 * AREAS[name], rel=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", TURNED)
 def test_turned_bodies_are_met_with_the_order_of_the_facets(name: str) -> None:
     """Facets are inscribed: flat ones miss h^2 of the volume, quadratic ones h^4, and so do finer spaces. Of the latter

@@ -40,6 +40,8 @@ def state(energy: PoroelasticSolid, size: float = 0.02) -> Floats:
     return found
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("turns", [False, True])
 @pytest.mark.parametrize("kind", ["tet10", "hex20"])
 def test_the_matrix_is_the_derivative_of_what_is_out_of_balance(kind: str, turns: bool) -> None:

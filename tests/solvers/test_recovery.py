@@ -174,6 +174,8 @@ def test_springs_say_that_they_are_folded() -> None:
         assert "cells remain inverted" in said or "more energy" in said or away(end, mesh) < NEAR
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["neo_hookean", "corotational"])
 def test_under_load_the_equilibrium_is_that_without_the_disturbance(law: str) -> None:
     """Bent and stretched by a tenth of its length or so; both converge to 1e-8 of the load."""

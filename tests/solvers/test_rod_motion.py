@@ -246,6 +246,8 @@ def exact() -> tuple[np.ndarray, np.ndarray]:
     return y[: 7 * n].reshape(n, 7), y[7 * n :]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", INTEGRATORS)
 def test_order_in_time(name: str, exact: tuple[np.ndarray, np.ndarray]) -> None:
     """That of the integrator in a vector space, in places, rotations and velocities: 1 or 2, to 0.35 at these steps."""
