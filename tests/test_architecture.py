@@ -322,7 +322,7 @@ def test_a_scene_without_contact_imports_nothing_of_contact(tmp_path: Path) -> N
     found = after("run", "uniaxial-stretch", cwd=tmp_path)
     shared = {
         f"softmark.interpreter.models.shared.{name}"
-        for name in ("rigid_contact_setup", "self_contact_setup", "contact_capabilities")
+        for name in ("rigid_contact_setup", "self_contact_setup", "contact_limits")
     } | {"softmark.interpreter.models.postprocessing.rigid_friction_results"}
     checks = {
         f"softmark.interpreter.verification.{name}"

@@ -114,17 +114,9 @@ def _check_muscle(declared: Declared) -> Iterator[Diagnostic]:
 
 
 def check_fiber_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors of models that would ignore fibre directions, and of muscle in analyses that do not support it."""
+    """Yield errors of options that ignore fibre directions, and of muscle in analyses that do not support it."""
     thing, body = declared.thing, case.body.name
-    if not getattr(thing, "supports_anisotropy", False):
-        yield diagnostic(
-            "E363",
-            declared.at(),
-            f"`{declared.name}` supports isotropic materials only, but the material of `{body}` has fibres",
-            "only for isotropic materials",
-            FEM,
-        )
-    elif thing.strain != "finite":
+    if thing.strain != "finite":
         yield diagnostic(
             "E363",
             declared.at("strain"),

@@ -9,9 +9,8 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.spatial_profiles import Profile
-from softmark.interpreter.problem.body_case import Case, Fault, case_for, case_of, fault
+from softmark.interpreter.problem.body_case import Case, Fault, case_of, fault
 from softmark.interpreter.problem.representative_constants import profiles, sample_constant
 
 
@@ -86,20 +85,3 @@ def check_ranges(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of constants that are out of range at sample points of a body."""
     for body in scene.of_kind("body"):
         yield from (found.diagnostic for found in out_of_range_faults(case_of(scene, body)))
-
-
-def check_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of models that support only uniform materials; references have their own check."""
-    for model in scene.asked("model").values():
-        if model.thing.supports_varying_constants:
-            continue
-        try:
-            case = case_for(scene, model)
-        except Fault:
-            continue
-        if any(profiles(material) for material in case.materials):
-            yield diagnostic("E328", model.at(),
-                             f"`{model.name}` supports a homogeneous material only, but {describe_varying(case)} in "
-                             "space",
-                             "one value of each constant",
-                             "use `fem(...)`, which evaluates every constant at its integration points")  # fmt: skip

@@ -17,13 +17,6 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 
-def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield the error of a model that cannot represent a network."""
-    yield diagnostic("E344", declared.at(), f"`{declared.name}` does not support `{case.body.name}`, a network of "
-                                            "beams",
-                     "not for networks", "use `frame6dof(segments = 8)`")  # fmt: skip
-
-
 def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield the error of a theory that does not apply to a network."""
     yield diagnostic("E344", declared.at(), f"`{declared.name}` does not apply to `{case.body.name}`, a network of "

@@ -26,6 +26,7 @@ from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.shared.option_limits import OptionLimits
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
@@ -249,22 +250,20 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     elif case.planar == "plane_stress":
         yield from _check_plane_stress_model(thing, declared, case)
     elif case.depth:
-        yield from _check_axisymmetric_model(thing, declared, case)
+        yield from _check_axisymmetric_model(declared, case)
 
 
-PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "initial_guess": None}
+AXISYMMETRIC_OPTIONS = OptionLimits(
+    {"rotation": ("point",), "precision": ("double",), "mass": ("consistent",), "initial_guess": (None,)},
+    code="E322",
+    message="`{model}` models a body of revolution, which does not support this `{option}`",
+    label="not for axisymmetric bodies",
+)
 
 
-def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_axisymmetric_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of options and dynamic analyses that axisymmetric models do not support."""
-    for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
-        yield diagnostic(
-            "E322",
-            declared.at(field),
-            f"`{declared.name}` models a body of revolution, which does not support this `{field}`",
-            "not for axisymmetric bodies",
-            "leave it out",
-        )
+    yield from AXISYMMETRIC_OPTIONS.errors(declared, case)
     if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
         yield diagnostic("E322", declared.at(), f"`{declared.name}` models a body of revolution, which supports only "
                                                 "static analyses that start at rest", "not for axisymmetric bodies",

@@ -8,6 +8,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.capabilities import REGIONS, refusals
 from softmark.interpreter.problem.body_case import Fault, case_for, case_of
 from softmark.interpreter.problem.material_layers import find_common_point, overlap_fault, unordered_overlaps
 from softmark.solvers.mesh.shape import Prism
@@ -80,12 +81,8 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         if not case.parts:
             continue
         names = ", ".join(f"`{part.name}`" for part in case.parts)
-        if not model.thing.supports_regions:
-            yield diagnostic("E593", model.at(),
-                             f"`{model.name}` supports one material, but `{case.body.name}` has regions of other "
-                             f"materials: {names}",
-                             "one material only",
-                             "use a full `fem(...)` model, or remove the `material` of the regions")  # fmt: skip
+        if refused := list(refusals(model.thing, model, case, (REGIONS,))):
+            yield from refused
         elif (
             "mass" in model.fields
             and str(model.value("mass")) == "uniform"

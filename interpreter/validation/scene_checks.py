@@ -18,6 +18,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.message_limit import shorten
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.metrics.metric_base import ForceMetric
+from softmark.interpreter.models.shared.capabilities import ANISOTROPY, NETWORKS, VARYING_CONSTANTS, refusals
 from softmark.interpreter.models.shared.perturbed_start import check_perturbed_start as disturbed
 from softmark.interpreter.problem import symmetry_planes
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
@@ -192,14 +193,14 @@ def _models_and_references(scene: Scene) -> list[Declared]:
     return [*scene.asked("model").values(), *scene.of_kind("reference").values()]
 
 
-def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
-    """Yield the models or references with their cases, leaving out ambiguous bodies and invalid shapes."""
+def _cases(scene: Scene, kind: str, valid: bool = True) -> Iterator[tuple[Declared, Case]]:
+    """Yield the models or references with their cases, without ambiguous bodies and, if `valid`, invalid shapes."""
     for declared in scene.asked(kind).values():
         try:
             case = case_for(scene, declared)
         except Fault:
             continue
-        if not case.shape.fault:  # reported for the body
+        if not (valid and case.shape.fault):  # reported for the body
             yield declared, case
 
 
@@ -249,7 +250,7 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for model, case in _cases(scene, "model"):
         if not case.shape.meshed or (_has_error(case.body, found) and case.shape.flat != bool(case.planar)):
             continue  # no further errors for an invalid body
-        whole = () if model.thing.reads_file else (plane_body_checks.model, _check_network, _check_anisotropy)
+        whole = () if model.thing.reads_file else (plane_body_checks.model, _check_body)
         unfit = [doubt for of in whole for doubt in of(model, case)]
         yield from unfit
         if unfit:
@@ -267,20 +268,9 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same applies to {others}"))
 
 
-def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Check that models and references of spring and beam networks support networks."""
-    if case.shape.wired and not getattr(worker.thing, "supports_networks", False):
-        from softmark.interpreter.validation import frame_checks
-
-        yield from (frame_checks.model if worker.kind == "model" else frame_checks.reference)(worker, case)
-
-
-def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Check that a model supports a material with fibre directions."""
-    if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
-        from softmark.interpreter.problem import anisotropy_limits
-
-        yield from anisotropy_limits.check_fiber_model(model, case)
+def _check_body(model: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Check that a model supports networks and materials with fibre directions."""
+    yield from refusals(model.thing, model, case, (NETWORKS, ANISOTROPY))
 
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
@@ -294,7 +284,9 @@ def _check_references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if reference.thing.how != "solved" or is_rigid(case.body):  # measured: independent of supports; E655
             continue
         if case.shape.wired and not reference.thing.supports_networks:
-            yield from _check_network(reference, case)
+            from softmark.interpreter.validation import frame_checks
+
+            yield from frame_checks.reference(reference, case)
             continue
         loose = not case.supports and _has_error(case.body, found)
         if loose or any(_has_error(d, found) for d in (*case.supports, *case.loads)):
@@ -458,8 +450,9 @@ def _check_varying_materials(scene: Scene, found: Found) -> Iterator[Diagnostic]
     if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
         from softmark.interpreter.problem import heterogeneity_limits
 
-        for ask in (heterogeneity_limits.check_ranges, heterogeneity_limits.check_models):
-            yield from ask(scene)
+        yield from heterogeneity_limits.check_ranges(scene)
+        for model, case in _cases(scene, "model", valid=False):
+            yield from refusals(model.thing, model, case, (VARYING_CONSTANTS,))
 
 
 def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:

@@ -19,6 +19,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.capabilities import VARYING_CONSTANTS
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.json_records import to_plain_json
@@ -174,7 +175,7 @@ def _check_forces(
         not case.uniform
         and solution.mesh is not None
         and solution.mesh.kind in CELLS
-        and declared.thing.supports_varying_constants
+        and declared.thing.has_capability(VARYING_CONSTANTS)
     ):
         from softmark.interpreter.verification.heterogeneous_constants_check import check_integrals
 

@@ -31,6 +31,7 @@ from softmark.interpreter.cli.conformance.word_contracts import repr_breaches, w
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.model_builders import build, load
+from softmark.interpreter.models.shared.capabilities import NETWORKS
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
@@ -299,7 +300,7 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
 
 def _body(words: str) -> str:
     """The body that a model is tried on."""
-    return NETWORK if MODELS[words.partition("(")[0]].supports_networks else BODY
+    return NETWORK if NETWORKS in MODELS[words.partition("(")[0]].capabilities else BODY
 
 
 def _made(before: str, words: str) -> tuple[Declared, Case]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib.util import find_spec
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, ClassVar, get_args
 
 import pytest
 from contracts import (
@@ -35,6 +35,7 @@ from softmark.interpreter.language.field_schema import Constructor, _fields_of_c
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.model_builders import BUILDERS
+from softmark.interpreter.models.shared.capabilities import DYNAMICS, Table
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -343,7 +344,7 @@ def test_what_breaks_the_contract_of_a_shape_is_found() -> None:
 class Guess(Model):
     """A model that has words and nothing else."""
 
-    supports_dynamics = False
+    capabilities: ClassVar[Table] = {DYNAMICS: False}
     loads = (BodyForce,)
 
     share: Annotated[float, "1 in (0, 1]", "how much of it is believed"] = 0.5
@@ -369,8 +370,9 @@ def test_a_model_that_says_next_to_nothing_refuses_what_it_does_not_take() -> No
 
 def test_a_member_by_its_earlier_name_is_refused() -> None:
     """A plugin that says `moves = False` would otherwise be taken to support dynamic analyses."""
-    with pytest.raises(TypeError, match="`Old` defines `moves`, which is called `supports_dynamics` now"):
-        type("Old", (Model,), {"moves": False})
+    for old in ("moves", "supports_dynamics"):
+        with pytest.raises(TypeError, match=rf"`Old` defines `{old}`, which is called `capabilities\[DYNAMICS\]` now"):
+            type("Old", (Model,), {old: False})
 
 
 def test_what_breaks_a_contract_is_found() -> None:

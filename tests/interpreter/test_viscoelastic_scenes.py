@@ -125,7 +125,7 @@ def test_elastic_bodies_load_nothing_of_what_remembers() -> None:
         "viscoelastic_step",
         "quasistatic_history",
         "hereditary",
-        "relaxation_capabilities",
+        "viscoelastic_limits",
         "prony",
         "maxwell_branch",
         "youngs_relaxation",

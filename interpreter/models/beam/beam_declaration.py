@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam import curved_beam_limits, flat_strips
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, VISCOELASTICITY, supported
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.cross_section_coverage import (
@@ -79,8 +80,7 @@ class Beam6Dof(Model):
         LineForce,
         TendonLoad,
     )  # of which `_unsupported_load` says more
-    supports_perturbed_starts = True
-    supports_viscoelasticity = True
+    capabilities = supported(PERTURBED_STARTS, VISCOELASTICITY)
     moves_by_sections = True
     resolution_fields = ("segments",)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam.beam_declaration import OF_SECTIONS
 from softmark.interpreter.models.beam_frame import frame_selection
+from softmark.interpreter.models.shared.capabilities import NETWORK_STARTS, NETWORKS, PERTURBED_STARTS, supported
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
@@ -51,7 +52,7 @@ class Frame6Dof(Model):
 
     loads = (BodyForce, PointLoad, LineForce, MomentLoad)
     supports = (Fixed, Displaced, Pinned)
-    supports_networks = True
+    capabilities = supported(NETWORKS) | {PERTURBED_STARTS: NETWORK_STARTS}
     moves_by_sections = True
     resolution_fields = ("segments",)
 

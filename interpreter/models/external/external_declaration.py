@@ -11,6 +11,17 @@ from softmark.interpreter.models.external.adapters import PROGRAMS
 from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason
 from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.shared.capabilities import (
+    ANISOTROPY,
+    ELASTIC_FOUNDATION,
+    POROELASTICITY,
+    REGIONS,
+    RIGID_CONTACT,
+    SELF_CONTACT,
+    VARYING_CONSTANTS,
+    VISCOELASTICITY,
+    supported,
+)
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.records import dataclass
@@ -69,14 +80,17 @@ class ExternalSolver(ExternalModel):
     as an upper bound. Set-up, solution and file times are separate in the facts of the report.
     """
 
-    supports_perturbed_starts = False
-    supports_varying_constants = True  # reported as unsupported with all else that cannot be transferred
-    supports_anisotropy = True
-    supports_regions = True
-    supports_elastic_foundations = True
-    supports_rigid_contact = True
-    supports_viscoelasticity = True
-    supports_poroelasticity = True
+    # features that the program lacks are reported as unsupported, with all else that cannot be transferred
+    capabilities = supported(
+        VARYING_CONSTANTS,
+        ANISOTROPY,
+        REGIONS,
+        ELASTIC_FOUNDATION,
+        RIGID_CONTACT,
+        SELF_CONTACT,
+        VISCOELASTICITY,
+        POROELASTICITY,
+    )
     resolution_fields = ("size",)
     loads = (*Model.loads, LineForce)
 

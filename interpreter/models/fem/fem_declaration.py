@@ -11,6 +11,18 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem import solver_options as options
+from softmark.interpreter.models.shared.capabilities import (
+    ANISOTROPY,
+    ELASTIC_FOUNDATION,
+    PERTURBED_STARTS,
+    POROELASTICITY,
+    REGIONS,
+    RIGID_CONTACT,
+    SELF_CONTACT,
+    VARYING_CONSTANTS,
+    VISCOELASTICITY,
+    supported,
+)
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded_cuts
 from softmark.interpreter.problem.deflection_estimates import bending_angle
@@ -94,12 +106,17 @@ class Fem(HasMaterial, Model):
     on a coarser mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
-    supports_perturbed_starts = True
-    supports_varying_constants = True
-    supports_anisotropy = True
-    supports_regions = True
-    supports_elastic_foundations = True
-    supports_rigid_contact = True
+    capabilities = supported(
+        PERTURBED_STARTS,
+        VARYING_CONSTANTS,
+        ANISOTROPY,
+        REGIONS,
+        ELASTIC_FOUNDATION,
+        RIGID_CONTACT,
+        SELF_CONTACT,
+        VISCOELASTICITY,
+        POROELASTICITY,
+    )
     resolution_fields = ("size",)
 
     element: Annotated[
@@ -157,8 +174,6 @@ class Fem(HasMaterial, Model):
     ] = None
 
     loads = (*Model.loads, LineForce)
-    supports_viscoelasticity = True
-    supports_poroelasticity = True
 
     @property
     def constant(self) -> bool:  # type: ignore[override]

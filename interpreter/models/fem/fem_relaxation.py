@@ -19,8 +19,8 @@ from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
-from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
 from softmark.interpreter.models.shared.support_constraints import held_values
+from softmark.interpreter.models.shared.viscoelastic_limits import dissipation_warnings
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.records import dataclass

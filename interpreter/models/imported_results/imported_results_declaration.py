@@ -6,6 +6,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.capabilities import (
+    ANISOTROPY,
+    ELASTIC_FOUNDATION,
+    NETWORK_STARTS,
+    NETWORKS,
+    PERTURBED_STARTS,
+    POROELASTICITY,
+    REGIONS,
+    RIGID_CONTACT,
+    SELF_CONTACT,
+    VARYING_CONSTANTS,
+    VISCOELASTICITY,
+    supported,
+)
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.records import dataclass
 
@@ -42,9 +56,18 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    supports_elastic_foundations = supports_rigid_contact = supports_networks = supports_regions = (
-        supports_varying_constants
-    ) = supports_anisotropy = supports_viscoelasticity = supports_poroelasticity = reads_file = True
+    capabilities = supported(
+        NETWORKS,
+        VARYING_CONSTANTS,
+        ANISOTROPY,
+        REGIONS,
+        ELASTIC_FOUNDATION,
+        RIGID_CONTACT,
+        SELF_CONTACT,
+        VISCOELASTICITY,
+        POROELASTICITY,
+    ) | {PERTURBED_STARTS: NETWORK_STARTS}
+    reads_file = True
     timed = False
     reason_without_robustness = "results from a file do not change with parameters"
     reason_without_forces = f"{NOTHING} no forces"

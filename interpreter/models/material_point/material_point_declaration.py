@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.capabilities import DYNAMICS, Table
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -40,7 +41,7 @@ class Homogeneous(Model):
 
     loads = (SurfaceTraction,)
     supports = (Fixed, Displaced, Symmetric)
-    supports_dynamics = False
+    capabilities: ClassVar[Table] = {DYNAMICS: False}
     homogeneous_strain = True
 
     state: Annotated[

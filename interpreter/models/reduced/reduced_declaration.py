@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.reduced import training_scenes
+from softmark.interpreter.models.shared.capabilities import (
+    ELASTIC_FOUNDATION,
+    PERTURBED_STARTS,
+    REDUCIBLE,
+    RIGID_CONTACT,
+    ROTATING_SUPPORTS,
+    VARYING_CONSTANTS,
+    Refusal,
+    Table,
+    refusals,
+)
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import other_body
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -25,7 +36,21 @@ PARTS = (0.25, 0.5, 0.75, 1.0)  # fractions of all loads for training, by defaul
 class Reduced(Model):
     """Base class of reduced-order models."""
 
-    supports_varying_constants = True
+    capabilities: ClassVar[Table] = {
+        VARYING_CONSTANTS: True,
+        ELASTIC_FOUNDATION: Refusal(
+            code="E532",
+            message="`{model}` cannot reduce a body on the elastic foundation `{name}`",
+            help="use `{reduces}` directly",
+            field="of",
+        ),
+        RIGID_CONTACT: Refusal(label="a contact", help="use `{reduces}` directly"),
+        ROTATING_SUPPORTS: Refusal(
+            reason="its displacement modes are straight lines, but rotating points move on circles",
+            help="use `{reduces}`",
+        ),
+        PERTURBED_STARTS: Refusal(reason="which has only a few displacement modes"),
+    }
     of: str
 
     @property
@@ -39,13 +64,10 @@ class Reduced(Model):
             _check_reducible(scene, declared, case),
             _check_sampled_small_strain(scene, declared),
             _check_imposed_displacements(declared, case),
-            _check_foundations(declared, case),
-            _check_contacts(declared, case),
         )
         return [
             *(d for d in found if d is not None),
-            *self.rotation_refusals(declared, case),
-            *self.history_refusals(declared, case),
+            *refusals(self, declared, case, REDUCIBLE),
         ]
 
 
@@ -238,23 +260,6 @@ def _check_sampled_small_strain(scene: Scene, declared: Declared) -> Diagnostic 
     problem = f"`{declared.name}` samples cells of a model with constant stiffness"
     help = "remove `cells`: with small strain the reduced system is one small matrix, and no cell is evaluated again"
     return diagnostic("E532", declared.at("cells"), problem, "nothing to sample", help)
-
-
-def _check_foundations(declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error for sampled cells together with an elastic foundation, whose springs cannot be sampled."""
-    if not case.beds:
-        return None
-    problem = f"`{declared.name}` cannot reduce a body on the elastic foundation `{case.beds[0].name}`"
-    return diagnostic("E532", declared.at("of"), problem, "elastic foundation", f"use `{declared.thing.of}` directly")
-
-
-def _check_contacts(declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error for contacts, because the basis is that of a body without contact."""
-    if not case.contacts:
-        return None
-    touch = case.contacts[0]
-    return diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
-                      "a contact", f"use `{declared.thing.of}` directly")  # fmt: skip
 
 
 def _check_imposed_displacements(declared: Declared, case: Case) -> Diagnostic | None:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.capabilities import IN_DIAGNOSTICS, Feature, Table, refusals
 from softmark.interpreter.problem.conforming_mesh import cuts_of
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.load import SolidAction
-from softmark.interpreter.vocabulary.support_words import Holding, Pinned, RigidPlate
+from softmark.interpreter.vocabulary.support_words import Holding
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -25,23 +24,18 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
-MOST = "use a model that supports it, such as `fem(...)`"
-OF_NETWORKS = (
-    "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
-)
-UNKNOWN = "load not supported"
 RENAMED = {  # earlier names of members, which nothing reads any more if a plugin defines them
-    "bedded": "supports_elastic_foundations",
-    "touches": "supports_rigid_contact",
-    "moves": "supports_dynamics",
-    "wired": "supports_networks",
+    "bedded": "capabilities[ELASTIC_FOUNDATION]",
+    "touches": "capabilities[RIGID_CONTACT]",
+    "moves": "capabilities[DYNAMICS]",
+    "wired": "capabilities[NETWORKS]",
     "sectional": "moves_by_sections",
-    "composite": "supports_regions",
-    "graded": "supports_varying_constants",
-    "directed": "supports_anisotropy",
-    "remembers": "supports_viscoelasticity",
-    "soaks": "supports_poroelasticity",
-    "recovers": "supports_perturbed_starts",
+    "composite": "capabilities[REGIONS]",
+    "graded": "capabilities[VARYING_CONSTANTS]",
+    "directed": "capabilities[ANISOTROPY]",
+    "remembers": "capabilities[VISCOELASTICITY]",
+    "soaks": "capabilities[POROELASTICITY]",
+    "recovers": "capabilities[PERTURBED_STARTS]",
     "even": "homogeneous_strain",
     "unsolved": "may_be_unconverged",
     "capped_at": "iteration_cap",
@@ -50,8 +44,20 @@ RENAMED = {  # earlier names of members, which nothing reads any more if a plugi
     "finely": "resolution_fields",
     "doubts": "diagnostics",
     "scene_doubts": "scene_diagnostics",
-    "forgets": "history_refusals",
-    "turns": "rotation_refusals",
+    "forgets": "capabilities",
+    "turns": "capabilities",
+    "history_refusals": "capabilities",
+    "rotation_refusals": "capabilities",
+    "supports_elastic_foundations": "capabilities[ELASTIC_FOUNDATION]",
+    "supports_rigid_contact": "capabilities[RIGID_CONTACT]",
+    "supports_dynamics": "capabilities[DYNAMICS]",
+    "supports_networks": "capabilities[NETWORKS]",
+    "supports_regions": "capabilities[REGIONS]",
+    "supports_varying_constants": "capabilities[VARYING_CONSTANTS]",
+    "supports_anisotropy": "capabilities[ANISOTROPY]",
+    "supports_viscoelasticity": "capabilities[VISCOELASTICITY]",
+    "supports_poroelasticity": "capabilities[POROELASTICITY]",
+    "supports_perturbed_starts": "capabilities[PERTURBED_STARTS]",
 }
 
 
@@ -61,20 +67,11 @@ class Model:
     # what the model supports: `refusals` reports everything else in validation
     loads: tuple[type[Any], ...] = (SolidAction,)  # kinds of load
     supports: tuple[type[Any], ...] = (Holding,)  # kinds of support
-    supports_elastic_foundations = False
-    supports_rigid_contact = False
-    supports_dynamics = True
-    supports_networks = False  # spring and beam networks
-    moves_by_sections = False  # moves by rigid sections along an axis
-    supports_regions = False
-    supports_varying_constants = False
-    supports_anisotropy = False
-    supports_viscoelasticity = False
-    supports_poroelasticity = False
-    supports_perturbed_starts = False
+    capabilities: ClassVar[Table] = {}  # supported or not, by features in `shared/capabilities.py`
 
     # what kind of model it is
     reduces: str | None = None  # the model whose equations it reduces
+    moves_by_sections = False  # moves by rigid sections along an axis
     constant = False  # constant stiffness
     reads_file = False  # its displacements are read from a file
     timed = True  # solved by softmark, with timing
@@ -163,78 +160,10 @@ class Model:
         """Return the theoretical convergence order of smooth displacements for each of `resolution_fields`."""
         return {}
 
+    def has_capability(self, feature: Feature) -> bool:
+        """Return whether the model supports a feature of a scene."""
+        return self.capabilities.get(feature, feature.default) is True
+
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield errors for the analysis, loads and supports that the model does not support."""
-        if not self.supports_dynamics and isinstance(case.analysis, Dynamic):
-            yield diagnostic("E501", declared.at(),
-                             f"`{declared.name}` supports only static analyses", "static model",
-                             "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
-        for load in case.loads:
-            if not isinstance(load.thing.action, self.loads):
-                label, help = load.thing.action.unsupported or (UNKNOWN, self._supporting_models_help)
-                label = UNKNOWN if case.shape.wired else label  # which is no solid
-                yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
-                                 label, help)  # fmt: skip
-        for support in case.supports:
-            if not isinstance(support.thing, self.supports):
-                hinge = "use `frame6dof(...)` with a `network(...)` for hinged points"
-                yield diagnostic(
-                    "E501",
-                    support.at(),
-                    f"`{declared.name}` cannot represent the support `{support.name}`",
-                    "support not available",
-                    hinge if isinstance(support.thing, Pinned) else self._supporting_models_help,
-                )
-        for bed in () if self.supports_elastic_foundations else case.beds:
-            yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the elastic foundation "
-                                               f"`{bed.name}`",
-                             "elastic foundation", "use `fem(...)`")  # fmt: skip
-        for plate in case.beds if isinstance(case.analysis, Dynamic) else ():
-            if isinstance(plate.thing, RigidPlate):
-                yield diagnostic(
-                    "E413",
-                    plate.at(),
-                    f"`{plate.name}` is massless, and the analysis is dynamic",
-                    "not in a dynamic analysis",
-                    "use a static analysis or `quasistatic(...)`, or move the face by `displaced(...)`",
-                )
-        if case.contacts:
-            from softmark.interpreter.models.shared import contact_capabilities
-
-            yield from contact_capabilities.refusals(self, declared, case)
-        if case.pairs:
-            from softmark.interpreter.models.shared import self_contact_capabilities
-
-            yield from self_contact_capabilities.refusals(self.supports_elastic_foundations, declared, case)
-        yield from self.rotation_refusals(declared, case)
-        yield from self.history_refusals(declared, case)
-
-    @property
-    def _supporting_models_help(self) -> str:
-        """Help text that names models with support for the loads and supports that this model lacks."""
-        return OF_NETWORKS if self.supports_networks else MOST
-
-    def history_refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield errors if the model does not support the poroelastic or viscoelastic material of the body.
-
-        Warn if time steps are too long for the relaxation of the material.
-        """
-        if case.porous or case.drains:
-            from softmark.interpreter.models.shared import fluid_capabilities
-
-            yield from (
-                fluid_capabilities.refusals(self, declared, case)
-                if case.porous
-                else fluid_capabilities.refuse_unused_drains(case)
-            )
-        elif case.has_material_history:
-            from softmark.interpreter.models.shared import relaxation_capabilities
-
-            yield from relaxation_capabilities.refusals(self, declared, case)
-
-    def rotation_refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield errors for rotating supports whose motion the model cannot represent."""
-        if any(support.thing.turns for support in case.supports):
-            from softmark.interpreter.models.shared import rotating_supports
-
-            yield from rotating_supports.refusals(self, declared, case)
+        """Yield errors for the analysis, loads, supports and other features that the model does not support."""
+        return refusals(self, declared, case, IN_DIAGNOSTICS)

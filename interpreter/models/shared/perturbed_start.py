@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, refusals
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -38,17 +39,8 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
     if known is None:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
-    if not model.supports_perturbed_starts:
-        few = "cannot be used with", "which has only a few displacement modes"
-        does, why = few if model.reduces is not None else ("cannot be used with", "which starts undeformed")
-        help_ = (
-            "leave it out: networks start undeformed"
-            if model.supports_networks
-            else "use `fem`, `mass_spring` or `beam6dof`"
-        )
-        return [
-            diagnostic("E571", declared.at(), f"{word} {does} `{declared.name}`, {why}", "no disturbed start", help_)
-        ]
+    if refused := list(refusals(model, declared, case, (PERTURBED_STARTS,))):
+        return refused
     found = []
     for field in model.shortcuts:
         problem = f"{word} needs every step solved in double precision from the disturbed state: remove `{field}`"

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 
@@ -89,23 +87,9 @@ def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, pe
     return RotationPath(target, circles) if circles else None
 
 
-def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if the model cannot follow a rotating support, which needs load steps that start from rest."""
-    for support in case.supports:
-        if support.thing.turns and (why := _unsupported_reason(model, case)):
-            yield diagnostic("E519", support.at(), f"`{declared.name}` does not support the rotation `{support.name}`: "
-                                                   f"{why[0]}",
-                             "needs load steps from rest", why[1])  # fmt: skip
-
-
-def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
-    """Return why a model does not support rotating supports, and the remedy; None if it does."""
+def unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
+    """Return why options or the analysis exclude rotating supports, and the remedy; None if they do not."""
     analysis = case.analysis
-    if model.reduces is not None:
-        return (
-            "its displacement modes are straight lines, but rotating points move on circles",
-            f"use `{model.reduces}`",
-        )
     if isinstance(analysis, Dynamic):
         return None
     if model.may_be_unconverged:

@@ -357,7 +357,7 @@ def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamic
     """Yield a warning if the dissipated viscoelastic energy decreases in time."""
     if (history := problem.remembering) is None:
         return
-    from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
+    from softmark.interpreter.models.shared.viscoelastic_limits import dissipation_warnings
 
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
     yield from dissipation_warnings(declared, np.array(history.losses), moved, history.has_unknown_energy)

@@ -12,6 +12,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import solver_options
 from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, supported
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
@@ -80,7 +81,7 @@ class MassSpring(Model):
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
-    supports_perturbed_starts = True
+    capabilities = supported(PERTURBED_STARTS)
     resolution_fields = ("size",)
 
     stiffness: Annotated[

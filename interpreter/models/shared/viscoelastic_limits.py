@@ -1,4 +1,4 @@
-"""Checks of which models, options and analyses support viscoelastic materials."""
+"""Limits of viscoelastic materials in models that support them: analyses, options and laws."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.option_limits import VISCOELASTIC_OPTIONS
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.solvers.materials.viscoelastic import Viscoelastic
 
@@ -21,35 +22,25 @@ TOGETHER = 1e-9  # rounding of the sum of relaxing fractions, which may not exce
 FALLS = 1e-3  # of the dissipated energy: a smaller decrease causes no warning
 ROUNDED = 1e-7  # of the work: error of the dissipated energy due to the solver tolerance
 COARSE = 0.5  # of a relaxation time: longer time steps do not resolve it
-# options that change how a state is solved, with their supported values
-PLAIN = {
-    "integration": "full",
-    "rotation": "point",
-    "precision": "double",
-    "initial_guess": None,
-    "max_iterations": None,
-    "shear": True,
-    "axial": True,
-}
 
 
-def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if a model does not support a viscoelastic body, and a warning if time steps are too long."""
+def check_material(case: Case) -> Iterator[Diagnostic]:
+    """Yield the error of an invalid Prony series."""
     bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscoelastic)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
                                                            f"invalid: {problem[0]}",
                          problem[1], problem[2])  # fmt: skip
-    elif not model.supports_viscoelasticity:
-        yield diagnostic("E358", declared.at(), f"`{declared.name}` does not support stress relaxation, but "
-                                                f"`{case.body.name}` is viscoelastic", "for elastic materials",
-                         "use `fem(...)` or `beam6dof(...)`, or only the elastic law")  # fmt: skip
-    elif not isinstance(case.analysis, Quasistatic | Dynamic):
+
+
+def check_model(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Yield errors if a model or its analysis excludes viscoelastic bodies, and a warning about long time steps."""
+    if not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
                                                 "analysis over time", "needs an analysis over time",
                          f"write {TIMED}, or use only the elastic law")  # fmt: skip
     else:
-        yield from _incompatible_options(model, declared, case)
+        yield from _incompatible_options(declared, case)
         yield from (_check_solid if model.mesh_key() is not None else _check_beam)(model, declared, case)
         yield from _time_step_warnings(case)
 
@@ -68,13 +59,9 @@ def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
     return None
 
 
-def _incompatible_options(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _incompatible_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of the model and for supports that exclude viscoelastic materials."""
-    for lever, plain in PLAIN.items():
-        if getattr(model, lever, plain) != plain:
-            given = f"{lever} = {getattr(model, lever)}"
-            problem = f"`{declared.name}` is viscoelastic, which cannot be combined with `{given}`"
-            yield diagnostic("E362", declared.at(lever), problem, "not with viscoelasticity", "leave it out")
+    yield from VISCOELASTIC_OPTIONS.errors(declared, case)
     if any(support.thing.turns for support in case.supports):
         support = next(s for s in case.supports if s.thing.turns)
         yield diagnostic(

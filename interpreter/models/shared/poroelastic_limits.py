@@ -1,4 +1,4 @@
-"""Checks of which models and analyses support poroelastic bodies, that is bodies filled with fluid."""
+"""Limits of poroelastic bodies in models that support them: materials, analyses, elements and options."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.option_limits import POROELASTIC_OPTIONS
 from softmark.interpreter.problem.body_case import porous
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.solvers.elements import find_element
@@ -16,22 +17,10 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
-# options that change how a state is solved, with their supported values
-PLAIN = {
-    "formulation": "displacement",
-    "integration": "full",
-    "rotation": "point",
-    "precision": "double",
-    "initial_guess": None,
-    "max_iterations": None,
-    "max_linear_iterations": None,
-    "factorisation": "fresh",
-}
-LINEAR = ("conjugate_gradients", "multigrid")
 
 
-def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if the model, its options or its analysis do not support a poroelastic body."""
+def check_material(case: Case) -> Iterator[Diagnostic]:
+    """Yield the error of an invalid poroelastic material, or of one in plane stress."""
     if case.planar == "plane_stress":
         yield diagnostic(
             "E435",
@@ -40,8 +29,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             "not in plane stress",
             "use `plane_strain`, a `solid` as thick as the plate, or only the drained law",
         )
-        return
-    if problem := next(filter(None, map(_invalid_material, case.typical)), None):
+    elif problem := next(filter(None, map(_invalid_material, case.typical)), None):
         yield diagnostic(
             "E370",
             case.body.at("material"),
@@ -49,11 +37,11 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             problem[1],
             problem[2],
         )
-    elif not getattr(model, "supports_poroelasticity", False):
-        yield diagnostic("E372", declared.at(), f"`{declared.name}` does not support fluid, but `{case.body.name}` "
-                                                "is poroelastic", "for solids without fluid",
-                         "use `fem(tet10, ...)`, or only the drained law")  # fmt: skip
-    elif not isinstance(case.analysis, Quasistatic):
+
+
+def check_model(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Yield errors if the options or the analysis of a model exclude a poroelastic body."""
+    if not isinstance(case.analysis, Quasistatic):
         yield diagnostic("E373", declared.at(), f"`{case.body.name}` is poroelastic, which needs a "
                                                 "quasistatic analysis", "needs a quasistatic analysis",
                          f"write {TIMED}, or use only the drained law")  # fmt: skip
@@ -67,18 +55,6 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
         )
     else:
         yield from _refuse_solid_options(model, declared, case)
-
-
-def refuse_unused_drains(case: Case) -> Iterator[Diagnostic]:
-    """Yield an error for every drained boundary (fluid support) of a body without fluid."""
-    for drain in case.drains:
-        yield diagnostic(
-            "E371",
-            drain.at(),
-            f"`{drain.name}` drains `{case.body.name}`, which contains no fluid",
-            "no fluid",
-            "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`, or remove the support",
-        )
 
 
 def _invalid_material(material: Any) -> tuple[str, str, str] | None:
@@ -114,11 +90,7 @@ def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterato
             "no Taylor-Hood element",
             help,
         )
-    for lever, plain in PLAIN.items():
-        if (given := getattr(model, lever)) != plain:
-            yield _refuse_option(declared, lever, given, case)
-    if model.linear in LINEAR:
-        yield _refuse_option(declared, "linear", model.linear, case)
+    yield from POROELASTIC_OPTIONS.errors(declared, case)
     if model.strain == "corotational":
         yield diagnostic(
             "E374",
@@ -143,17 +115,3 @@ def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterato
         yield diagnostic("E374", case.body.at(), f"`{case.body.name}` is in plane stress, so fluid would "
                                                  "leave through its faces",
                          "not in plane stress", "use a thin solid, or `plane_strain`")  # fmt: skip
-
-
-def _refuse_option(declared: Declared, lever: str, given: Any, case: Case) -> Diagnostic:
-    """Return the error for one option of the model that does not support fluid.
-
-    `lever` is the name of the option and `given` its value in the scene.
-    """
-    return diagnostic(
-        "E374",
-        declared.at(lever),
-        f"`{lever} = {given}` cannot be used with the poroelastic body `{case.body.name}`",
-        "not with fluid",
-        "leave it out",
-    )

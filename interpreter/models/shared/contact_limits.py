@@ -1,4 +1,4 @@
-"""Checks of which models and analyses support self-contact and ties. They are imported only if a scene has these."""
+"""Limits of contact in models that support it: analyses, options and materials. Only scenes with contact import it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.option_limits import CONTACT_OPTIONS, SELF_CONTACT_OPTIONS
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Static
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 
@@ -15,16 +16,31 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 
-def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for self-contact or ties in models without a mesh surface, viscoelastic bodies and dynamics.
+def check_rigid_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Yield errors for options, analyses and materials that exclude contact with rigid bodies."""
+    touch = case.contacts[0]
+    yield from CONTACT_OPTIONS.errors(declared, case, touch.name)
+    if isinstance(case.analysis, Dynamic):
+        return
+    if case.analysis.path != "load" or case.analysis.disturbed != "none":
+        word = "path" if case.analysis.path != "load" else "disturbed"
+        yield diagnostic(
+            "E651",
+            touch.at(),
+            f"contact needs a load that increases step by step, so `{word}` of the analysis cannot be used",
+            "not with a contact",
+            f"remove `{word}`",
+        )
+    elif case.has_material_history:
+        yield diagnostic("E651", touch.at(), f"`{case.body.name}` is viscoelastic or poroelastic, and "
+                                             "contact of such bodies is not supported", "not with a contact",
+                         "use an elastic material")  # fmt: skip
 
-    `surfaced` is true if the model has a mesh surface.
-    """
+
+def check_self_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Yield errors for analyses, options and materials that exclude self-contacts and ties."""
     for pair in case.pairs:
-        if not surfaced:
-            yield _error(pair, f"`{declared.name}` has no surface for contact", "no finite elements",
-                         "use `fem(...)`")  # fmt: skip
-        elif not (case.has_material_history or case.porous or isinstance(case.analysis, Static | Dynamic)):
+        if not (case.has_material_history or case.porous or isinstance(case.analysis, Static | Dynamic)):
             yield _error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",
                          "not in this analysis", "use `static(...)` or `dynamic(...)`")  # fmt: skip
         elif case.has_material_history or case.porous:
@@ -38,13 +54,7 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
             yield _error(pair, f"the tie constraint `{pair.name}` works only in static analyses",
                          "not in a dynamic analysis", "use `static(...)`, or make one piece: `union(...)`")  # fmt: skip
         elif isinstance(case.analysis, Dynamic) and declared.thing.iteration_cap is not None:
-            yield diagnostic(
-                "E651",
-                declared.at("max_iterations"),
-                f"`{declared.name}` must solve states with contact to the tolerance, from rest, in double precision",
-                f"not with the contact `{pair.name}`",
-                "remove `max_iterations`",
-            )
+            yield from SELF_CONTACT_OPTIONS.errors(declared, case, pair.name)
         elif case.planar == "plane_stress":
             yield _error(pair, f"`{pair.name}` does not support plane stress, since the thickness changes",
                          "not in plane stress", "use `plane_strain(...)` or `solid(...)`")  # fmt: skip

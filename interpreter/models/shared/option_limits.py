@@ -1,0 +1,89 @@
+"""Options of a model that a feature of the scene restricts to some values, and the error about other values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+
+
+@dataclass(frozen=True, eq=False)
+class OptionLimits:
+    """Options of a model that a feature restricts to some values, and the error about other values.
+
+    Texts are templates with the fields model, body, name (of the declaration with the feature), option and value.
+    """
+
+    allowed: Mapping[str, tuple[Any, ...]]
+    code: str
+    message: str
+    label: str
+    help: str = "leave it out"
+
+    def errors(self, declared: Declared, case: Case, name: str = "") -> Iterator[Diagnostic]:
+        """Yield an error for each option of the model with another value; `name` has the feature."""
+        for option, allowed in self.allowed.items():
+            value = getattr(declared.thing, option, allowed[0])
+            if value not in allowed:
+                words = {"model": declared.name, "body": case.body.name, "name": name, "option": option, "value": value}
+                message, label, help = (text.format(**words) for text in (self.message, self.label, self.help))
+                yield diagnostic(self.code, declared.at(option), message, label, help)
+
+
+CONVERGED = "`{model}` must solve states with contact to the tolerance, from rest, in double precision"
+CONTACT_OPTIONS = OptionLimits(
+    {
+        "precision": ("double",),
+        "max_linear_iterations": (None,),
+        "max_iterations": (None,),
+        "initial_guess": (None,),
+    },
+    code="E651",
+    message=CONVERGED,
+    label="not with the contact `{name}`",
+    help="remove `{option}`",
+)
+SELF_CONTACT_OPTIONS = OptionLimits(
+    {"max_iterations": (None,)},
+    code="E651",
+    message=CONVERGED,
+    label="not with the contact `{name}`",
+    help="remove `{option}`",
+)
+POROELASTIC_OPTIONS = OptionLimits(
+    {
+        "formulation": ("displacement",),
+        "integration": ("full",),
+        "rotation": ("point",),
+        "precision": ("double",),
+        "initial_guess": (None,),
+        "max_iterations": (None,),
+        "max_linear_iterations": (None,),
+        "factorisation": ("fresh",),
+        "linear": ("auto", "cholesky", "superlu", "pardiso"),
+    },
+    code="E374",
+    message="`{option} = {value}` cannot be used with the poroelastic body `{body}`",
+    label="not with fluid",
+)
+VISCOELASTIC_OPTIONS = OptionLimits(
+    {
+        "integration": ("full",),
+        "rotation": ("point",),
+        "precision": ("double",),
+        "initial_guess": (None,),
+        "max_iterations": (None,),
+        "shear": (True,),
+        "axial": (True,),
+    },
+    code="E362",
+    message="`{model}` is viscoelastic, which cannot be combined with `{option} = {value}`",
+    label="not with viscoelasticity",
+)
