@@ -278,10 +278,11 @@ class ErrorEstimate(SolutionUnderTest):
         Each branch of a Prony series damps vibrations that are faster than its relaxation: they decay as
         exp(-g t / (2 tau)), from the loss modulus g / (omega tau).
         """
+        analysis: Any = self.case.analysis
         rates = [
             sum(g / (2.0 * tau) for g, tau in getattr(material, "branches", ())) for material in self.case.materials
         ]
-        return bool(rates) and min(rates) * self.case.analysis.duration > FADED
+        return bool(rates) and min(rates) * analysis.duration > FADED
 
     def _time_step_error_by_refinement(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
         """Return the error due to the time step, from a solution with half the step. Raises NoErrorEstimate.

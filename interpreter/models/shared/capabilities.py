@@ -82,8 +82,9 @@ class Feature:
         if self.details is not None:
             words.update(self.details(declared.thing, case, thing))
         at = declared.at(own.field) if own.field else declared.at() if self.at_model else thing.at()
-        texts = (own.message or self.message, own.label or self.label, own.help or self.help)
-        return diagnostic(own.code or self.code, at, *(text.format(**words) for text in texts))
+        message = (own.message or self.message).format(**words)
+        label, help = (text.format(**words) for text in (own.label or self.label, own.help or self.help))
+        return diagnostic(own.code or self.code, at, message, label, help)
 
 
 Table = Mapping[Feature, bool | Refusal]  # what a model supports, or its own texts where it does not
