@@ -68,7 +68,6 @@ VOID = ("W351",)  # warnings with which no error can be stated
 
 FIRST_ORDER = ("implicit_euler",)  # integrators
 LONGEST = 0.25  # cost of a step four times as long over the solution
-FADED = 3.0  # decay exponent of vibrations: 5 % of the amplitude are left
 MODAL = 1.25  # safety factor, as weakly excited vibrations are left out
 LEFT = 2.0  # safety factor on the next Newton step
 COARSE = grid_convergence.COARSE  # relative error above which an estimate is useless
@@ -262,27 +261,15 @@ class ErrorEstimate(SolutionUnderTest):
         It is a lower bound, because solutions with two different steps may agree by chance. It is 0 if viscoelasticity
         damps vibrations within the analysis, since the modes are those of the undamped elastic body.
         """
-        if self._vibrations_fade():
-            return 0.0
-        from softmark.interpreter.verification.motion_errors import time_step_error_of
+        from softmark.interpreter.verification.motion_errors import has_fading_vibrations, time_step_error_of
 
+        if has_fading_vibrations(self.case):
+            return 0.0
         found = None if seen.view is None else time_step_error_of(seen.view, seen.metric, seen.probe)
         if found is None:
             return 0.0
         own = found.length if seen.unit == "m" and not seen.is_about_forces else None
         return MODAL * (found.relative * seen.size if own is None else own)
-
-    def _vibrations_fade(self) -> bool:
-        """Return whether fast vibrations of every material lose most of their amplitude during the analysis.
-
-        Each branch of a Prony series damps vibrations that are faster than its relaxation: they decay as
-        exp(-g t / (2 tau)), from the loss modulus g / (omega tau).
-        """
-        analysis: Any = self.case.analysis
-        rates = [
-            sum(g / (2.0 * tau) for g, tau in getattr(material, "branches", ())) for material in self.case.materials
-        ]
-        return bool(rates) and min(rates) * analysis.duration > FADED
 
     def _time_step_error_by_refinement(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
         """Return the error due to the time step, from a solution with half the step. Raises NoErrorEstimate.

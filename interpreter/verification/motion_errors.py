@@ -23,9 +23,11 @@ from softmark.records import dataclass
 from softmark.solvers.dynamics.time_step_resolution import WRONG
 
 if TYPE_CHECKING:
+    from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.results.run_report import ProbeResult
 
 Floats = Any
+FADED = 3.0  # decay exponent of vibrations: 5 % of the amplitude are left
 UNSEEN = 1e-3  # relative to the motion: components with less vibration are not judged
 RESOLVED = "W362"  # warning about the slowest vibration, which is sufficient
 
@@ -37,6 +39,17 @@ class MetricError:
     relative: float
     period: float  # s, of the vibration that contributes most
     length: float | None = None  # m
+
+
+def has_fading_vibrations(case: Case) -> bool:
+    """Return whether fast vibrations of every material lose most of their amplitude during a dynamic analysis.
+
+    Each branch of a Prony series damps vibrations that are faster than its relaxation: they decay as
+    exp(-g t / (2 tau)), from the loss modulus g / (omega tau).
+    """
+    analysis: Any = case.analysis
+    rates = [sum(g / (2.0 * tau) for g, tau in getattr(material, "branches", ())) for material in case.materials]
+    return bool(rates) and min(rates) * analysis.duration > FADED
 
 
 def time_step_error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> MetricError | None:
