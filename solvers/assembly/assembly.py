@@ -70,6 +70,15 @@ class Assembly:
         return {n: e for n, e in zip(self.names[1], self.loads, strict=True) if e.not_proportional}
 
     @property
+    def proportional_loads(self) -> dict[str, Energy]:
+        """Loads that are proportional to the load factor, by name: all but contacts with rigid bodies."""
+        return {n: e for n, e in zip(self.names[1], self.loads, strict=True) if not e.not_proportional}
+
+    def rigid_contacts_at(self, load: float) -> dict[str, Any]:
+        """Return the contacts with rigid bodies, moved to their positions at a load factor, by name."""
+        return {name: contact.at(load) for name, contact in self.rigid_contacts.items()}
+
+    @property
     def pair_contacts(self) -> dict[str, DynamicPatternEnergy]:
         """Contacts between deformable surfaces among the internal energies, by name."""
         pairs = zip(self.names[0], self.internal, strict=True)

@@ -230,9 +230,9 @@ class DeformableFriction(DynamicPatternEnergy):
 
     def resumed(self, state: InteractionState, x: Floats) -> Self:
         """Return the same friction, continued from the history in `state`."""
-        return self if state.friction is None else replace(self, since=state.friction.anchors)
+        return self if state.friction is None else self.with_history(state.friction.anchors)
 
-    def with_history(self, since: FrictionHistory) -> DeformableFriction:
+    def with_history(self, since: FrictionHistory) -> Self:
         """Return the same friction, continued from the history `since` of another state."""
         return replace(self, since=since)
 

@@ -38,9 +38,8 @@ class DynamicForces:
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
-        contacts, loads = assembly.rigid_contacts, dict(zip(assembly.names[1], assembly.loads, strict=True))
-        plain = [name for name in loads if name not in contacts]
-        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, tuple(loads[n] for n in plain)
+        contacts, plain, loads = assembly.rigid_contacts, assembly.proportional_loads, assembly.names[1]
+        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, tuple(plain.values())
         self.now: tuple[Energy, ...] | None = None  # viscoelastic energies at the start of a step
         amplitudes = dict(zip(loads, problem.amplitudes or (Constant(),) * len(loads), strict=True))
         self.amplitudes = tuple(amplitudes[name] for name in plain)

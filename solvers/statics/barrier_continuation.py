@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
 
@@ -34,11 +33,11 @@ def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     NotConverged if no equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
     found, used = _stiffen_until_gaps_positive(problem, find)
-    last, contacts = found, _rigid_contacts(used.assembly)
+    last, contacts = found, used.assembly.rigid_contacts_at(1.0)
     for rounds in range(ROUNDS + 1):
         more, stays = _with_added_points(problem, last.x)
         if stays:
-            found, contacts = last, _rigid_contacts(used.assembly)
+            found, contacts = last, used.assembly.rigid_contacts_at(1.0)
         if more is None or rounds == ROUNDS:
             break
         try:
@@ -48,7 +47,7 @@ def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
         problem, last = more, replace(again, history=(*last.history, *again.history))
     if not _is_on_body_surface(contacts, found.x):  # points added in the last state press where there is no body
         found, used = _stiffen_until_gaps_positive(_without_added_points(problem), find)
-        contacts = _rigid_contacts(used.assembly)
+        contacts = used.assembly.rigid_contacts_at(1.0)
     contacts = {name: energy.without_unloaded_points(found.x) for name, energy in contacts.items()}
     facts = found.facts | {"joined": sum(len(energy.A) - energy.lasting for energy in contacts.values())}
     return replace(found, contacts=contacts, history=last.history, facts=facts)
@@ -93,20 +92,15 @@ def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
     from softmark.solvers.contact.tunnelling_check import tunnelling_depth
 
     before = problem.rest if problem.start is None else problem.start
-    contacts = _rigid_contacts(problem.assembly).values()
+    contacts = problem.assembly.rigid_contacts_at(1.0).values()
     if deep := max((tunnelling_depth(energy, before, found.x) for energy in contacts), default=0.0):
         reason = f"a rigid body penetrates the surface by {1e3 * deep:.3g} mm in one step: use more, smaller states"
         raise RigidBodyTunnelling(reason, found.history, found.facts)
 
 
-def _rigid_contacts(assembly: Assembly) -> dict[str, Any]:
-    """Return the rigid contacts of an assembly by name, at full load."""
-    return {name: energy.at(1.0) for name, energy in assembly.rigid_contacts.items()}
-
-
 def least_gap(problem: Statics, x: Floats) -> float:
     """Return the smallest gap of all rigid contacts in a state x (dofs,), m; inf without contacts."""
-    contacts = _rigid_contacts(problem.assembly).values()
+    contacts = problem.assembly.rigid_contacts_at(1.0).values()
     return min((float(energy.gaps(x).min()) for energy in contacts), default=float("inf"))
 
 

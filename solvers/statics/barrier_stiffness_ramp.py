@@ -116,6 +116,5 @@ def with_softer_barriers(assembly: Assembly, load: float, soft: float) -> Assemb
     `soft` is the fraction of the stiffness.
     """
     pairs: dict[str, Any] = {name: pair for name, pair in assembly.pair_contacts.items() if pair.has_friction}
-    contacts = {name: contact.at(load) for name, contact in assembly.rigid_contacts.items()}
-    softer = {name: energy.with_scaled_stiffness(soft) for name, energy in (pairs | contacts).items()}
-    return assembly.with_energies(softer)
+    contacts = pairs | assembly.rigid_contacts_at(load)
+    return assembly.with_energies({name: contact.with_scaled_stiffness(soft) for name, contact in contacts.items()})

@@ -77,7 +77,7 @@ def predict_by_linear_response(problem: Statics, before: Assembly, x: Floats, ch
     from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
     d = before.limit(x, d) * d
-    was, now = ([e.at(1.0) for e in each.rigid_contacts.values()] for each in (before, problem.assembly))
+    was, now = ([*each.rigid_contacts_at(1.0).values()] for each in (before, problem.assembly))
     part = collision_free_fraction(was, x, d, now)
     if part == 0.0:
         raise NotConverged("moving from the previous state, rigid bodies would pass through the surface")

@@ -128,7 +128,7 @@ class Newton:
 
     def _rigid_contacts(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
-        return [contact.at(load) for contact in self.assembly.rigid_contacts.values()]
+        return [*self.assembly.rigid_contacts_at(load).values()]
 
     def _support_response(
         self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None

@@ -112,11 +112,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
     made = [_create_free_body(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
     chart, names, known = FreeBodyChart(made), tuple(bodies), problem.assembly
-    loads: dict[str, Energy] = {
-        name: DisplacementEnergy(load, dofs)
-        for name, load in zip(known.names[1], known.loads, strict=True)
-        if name not in known.rigid_contacts
-    }
+    loads: dict[str, Energy] = {n: DisplacementEnergy(load, dofs) for n, load in known.proportional_loads.items()}
     bodies_of = {touch.name: touch.rigid.name for touch in case.contacts}
     contacts = {
         name: make_contact_with_free_body(c, chart, names.index(body)) if (body := bodies_of[name]) in bodies else c
