@@ -81,7 +81,7 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         if not case.parts:
             continue
         names = ", ".join(f"`{part.name}`" for part in case.parts)
-        if refused := list(refusals(model.thing, model, case, (REGIONS,))):
+        if refused := list(refusals(model, case, (REGIONS,))):
             yield from refused
         elif (
             "mass" in model.fields

@@ -270,7 +270,7 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _check_body(model: Declared, case: Case) -> Iterator[Diagnostic]:
     """Check that a model supports networks and materials with fibre directions."""
-    yield from refusals(model.thing, model, case, (NETWORKS, ANISOTROPY))
+    yield from refusals(model, case, (NETWORKS, ANISOTROPY))
 
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
@@ -452,7 +452,7 @@ def _check_varying_materials(scene: Scene, found: Found) -> Iterator[Diagnostic]
 
         yield from heterogeneity_limits.check_ranges(scene)
         for model, case in _cases(scene, "model", valid=False):
-            yield from refusals(model.thing, model, case, (VARYING_CONSTANTS,))
+            yield from refusals(model, case, (VARYING_CONSTANTS,))
 
 
 def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:

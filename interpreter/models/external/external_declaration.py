@@ -11,17 +11,7 @@ from softmark.interpreter.models.external.adapters import PROGRAMS
 from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason
 from softmark.interpreter.models.fem.fem_declaration import Fem
-from softmark.interpreter.models.shared.capabilities import (
-    ANISOTROPY,
-    ELASTIC_FOUNDATION,
-    POROELASTICITY,
-    REGIONS,
-    RIGID_CONTACT,
-    SELF_CONTACT,
-    VARYING_CONSTANTS,
-    VISCOELASTICITY,
-    supported,
-)
+from softmark.interpreter.models.shared.capabilities import SOLID, supported
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.records import dataclass
@@ -81,16 +71,7 @@ class ExternalSolver(ExternalModel):
     """
 
     # features that the program lacks are reported as unsupported, with all else that cannot be transferred
-    capabilities = supported(
-        VARYING_CONSTANTS,
-        ANISOTROPY,
-        REGIONS,
-        ELASTIC_FOUNDATION,
-        RIGID_CONTACT,
-        SELF_CONTACT,
-        VISCOELASTICITY,
-        POROELASTICITY,
-    )
+    capabilities = supported(*SOLID)
     resolution_fields = ("size",)
     loads = (*Model.loads, LineForce)
 

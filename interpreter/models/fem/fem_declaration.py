@@ -11,18 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem import solver_options as options
-from softmark.interpreter.models.shared.capabilities import (
-    ANISOTROPY,
-    ELASTIC_FOUNDATION,
-    PERTURBED_STARTS,
-    POROELASTICITY,
-    REGIONS,
-    RIGID_CONTACT,
-    SELF_CONTACT,
-    VARYING_CONSTANTS,
-    VISCOELASTICITY,
-    supported,
-)
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, SOLID, supported
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded_cuts
 from softmark.interpreter.problem.deflection_estimates import bending_angle
@@ -106,17 +95,7 @@ class Fem(HasMaterial, Model):
     on a coarser mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
-    capabilities = supported(
-        PERTURBED_STARTS,
-        VARYING_CONSTANTS,
-        ANISOTROPY,
-        REGIONS,
-        ELASTIC_FOUNDATION,
-        RIGID_CONTACT,
-        SELF_CONTACT,
-        VISCOELASTICITY,
-        POROELASTICITY,
-    )
+    capabilities = supported(*SOLID, PERTURBED_STARTS)
     resolution_fields = ("size",)
 
     element: Annotated[

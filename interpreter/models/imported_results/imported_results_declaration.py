@@ -6,20 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.capabilities import (
-    ANISOTROPY,
-    ELASTIC_FOUNDATION,
-    NETWORK_STARTS,
-    NETWORKS,
-    PERTURBED_STARTS,
-    POROELASTICITY,
-    REGIONS,
-    RIGID_CONTACT,
-    SELF_CONTACT,
-    VARYING_CONSTANTS,
-    VISCOELASTICITY,
-    supported,
-)
+from softmark.interpreter.models.shared.capabilities import NETWORK_STARTS, NETWORKS, PERTURBED_STARTS, SOLID, supported
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.records import dataclass
 
@@ -56,17 +43,7 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    capabilities = supported(
-        NETWORKS,
-        VARYING_CONSTANTS,
-        ANISOTROPY,
-        REGIONS,
-        ELASTIC_FOUNDATION,
-        RIGID_CONTACT,
-        SELF_CONTACT,
-        VISCOELASTICITY,
-        POROELASTICITY,
-    ) | {PERTURBED_STARTS: NETWORK_STARTS}
+    capabilities = supported(*SOLID, NETWORKS) | {PERTURBED_STARTS: NETWORK_STARTS}
     reads_file = True
     timed = False
     reason_without_robustness = "results from a file do not change with parameters"

@@ -67,7 +67,7 @@ class Reduced(Model):
         )
         return [
             *(d for d in found if d is not None),
-            *refusals(self, declared, case, REDUCIBLE),
+            *refusals(declared, case, REDUCIBLE),
         ]
 
 

@@ -42,7 +42,7 @@ class Refusal:
     field: str | None = None
 
 
-Checks = Callable[[Any, "Declared", "Case"], Iterator[Diagnostic]]
+Checks = Callable[["Declared", "Case"], Iterator[Diagnostic]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +90,9 @@ class Feature:
 Table = Mapping[Feature, bool | Refusal]  # what a model supports, or its own texts where it does not
 
 
-def refusals(model: Any, declared: Declared, case: Case, features: Sequence[Feature]) -> Iterator[Diagnostic]:
-    """Yield the errors of a model for these features of a case, in their order."""
+def refusals(declared: Declared, case: Case, features: Sequence[Feature]) -> Iterator[Diagnostic]:
+    """Yield the errors of a declared model for these features of a case, in their order."""
+    model = declared.thing
     for feature in features:
         needing = feature.needed_by(model, case)
         if not needing:
@@ -105,7 +106,7 @@ def refusals(model: Any, declared: Declared, case: Case, features: Sequence[Feat
             for thing in needing[:1] if once else needing:
                 yield feature.refusal(declared, case, thing, own)
         elif feature.limits is not None:
-            yield from feature.limits(model, declared, case)
+            yield from feature.limits(declared, case)
 
 
 def _needed_by_body(is_needed: Callable[[Case], bool]) -> Callable[[Any, Case], Sequence[Declared]]:
@@ -150,30 +151,30 @@ def _is_anisotropic(case: Case) -> bool:
     return any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material))
 
 
-def _anisotropy_limits(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _anisotropy_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.problem import anisotropy_limits
 
     yield from anisotropy_limits.check_fiber_model(declared, case)
 
 
-def _rigid_contact_limits(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _rigid_contact_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import contact_limits
 
     yield from contact_limits.check_rigid_contact(declared, case)
 
 
-def _self_contact_limits(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _self_contact_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import contact_limits
 
     yield from contact_limits.check_self_contact(declared, case)
 
 
-def _rotation_limits(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _rotation_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import rotating_supports
 
-    if (why := rotating_supports.unsupported_reason(model, case)) is not None:
+    if (why := rotating_supports.unsupported_reason(declared.thing, case)) is not None:
         own = Refusal(reason=why[0], help=why[1])
-        for support in ROTATING_SUPPORTS.needed_by(model, case):
+        for support in ROTATING_SUPPORTS.needed_by(declared.thing, case):
             yield ROTATING_SUPPORTS.refusal(declared, case, support, own)
 
 
@@ -183,10 +184,10 @@ def _invalid_pores(case: Case) -> Iterator[Diagnostic]:
     yield from poroelastic_limits.check_material(case)
 
 
-def _poroelastic_limits(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _poroelastic_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import poroelastic_limits
 
-    yield from poroelastic_limits.check_model(model, declared, case)
+    yield from poroelastic_limits.check_model(declared, case)
 
 
 def _invalid_series(case: Case) -> Iterator[Diagnostic]:
@@ -195,10 +196,10 @@ def _invalid_series(case: Case) -> Iterator[Diagnostic]:
     yield from viscoelastic_limits.check_material(case)
 
 
-def _viscoelastic_limits(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _viscoelastic_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import viscoelastic_limits
 
-    yield from viscoelastic_limits.check_model(model, declared, case)
+    yield from viscoelastic_limits.check_model(declared, case)
 
 
 def _perturbation(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
@@ -360,6 +361,12 @@ PERTURBED_STARTS = Feature(
     reason="which starts undeformed",
     details=_perturbation,
 )
+
+
+SOLID = (
+    REGIONS, VARYING_CONSTANTS, ANISOTROPY, ELASTIC_FOUNDATION, RIGID_CONTACT, SELF_CONTACT, POROELASTICITY,
+    VISCOELASTICITY,
+)  # fmt: skip  # features that finite elements of a solid support
 
 
 def supported(*features: Feature) -> dict[Feature, bool | Refusal]:

@@ -166,4 +166,4 @@ class Model:
 
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield errors for the analysis, loads, supports and other features that the model does not support."""
-        return refusals(self, declared, case, IN_DIAGNOSTICS)
+        return refusals(declared, case, IN_DIAGNOSTICS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -37,7 +38,6 @@ class OptionLimits:
                 yield diagnostic(self.code, declared.at(option), message, label, help)
 
 
-CONVERGED = "`{model}` must solve states with contact to the tolerance, from rest, in double precision"
 CONTACT_OPTIONS = OptionLimits(
     {
         "precision": ("double",),
@@ -46,17 +46,11 @@ CONTACT_OPTIONS = OptionLimits(
         "initial_guess": (None,),
     },
     code="E651",
-    message=CONVERGED,
+    message="`{model}` must solve states with contact to the tolerance, from rest, in double precision",
     label="not with the contact `{name}`",
     help="remove `{option}`",
 )
-SELF_CONTACT_OPTIONS = OptionLimits(
-    {"max_iterations": (None,)},
-    code="E651",
-    message=CONVERGED,
-    label="not with the contact `{name}`",
-    help="remove `{option}`",
-)
+SELF_CONTACT_OPTIONS = replace(CONTACT_OPTIONS, allowed={"max_iterations": (None,)})
 POROELASTIC_OPTIONS = OptionLimits(
     {
         "formulation": ("displacement",),

@@ -39,7 +39,7 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
     if known is None:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
-    if refused := list(refusals(model, declared, case, (PERTURBED_STARTS,))):
+    if refused := list(refusals(declared, case, (PERTURBED_STARTS,))):
         return refused
     found = []
     for field in model.shortcuts:

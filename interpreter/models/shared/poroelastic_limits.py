@@ -39,7 +39,7 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
         )
 
 
-def check_model(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors if the options or the analysis of a model exclude a poroelastic body."""
     if not isinstance(case.analysis, Quasistatic):
         yield diagnostic("E373", declared.at(), f"`{case.body.name}` is poroelastic, which needs a "
@@ -54,7 +54,7 @@ def check_model(model: Any, declared: Declared, case: Case) -> Iterator[Diagnost
             "remove the regions and fields of the body",
         )
     else:
-        yield from _refuse_solid_options(model, declared, case)
+        yield from _refuse_solid_options(declared, case)
 
 
 def _invalid_material(material: Any) -> tuple[str, str, str] | None:
@@ -78,8 +78,9 @@ def _invalid_material(material: Any) -> tuple[str, str, str] | None:
     return None
 
 
-def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of a finite element model that do not support fluid."""
+    model = declared.thing
     if find_element(model.element).pressures != "corners":
         flat = case.planar != ""
         help = "use `tri6` or `quad9`" if flat else "use `tet10`, `hex20` or `hex27`"

@@ -33,7 +33,7 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
                          problem[1], problem[2])  # fmt: skip
 
 
-def check_model(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors if a model or its analysis excludes viscoelastic bodies, and a warning about long time steps."""
     if not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
@@ -41,7 +41,7 @@ def check_model(model: Any, declared: Declared, case: Case) -> Iterator[Diagnost
                          f"write {TIMED}, or use only the elastic law")  # fmt: skip
     else:
         yield from _incompatible_options(declared, case)
-        yield from (_check_solid if model.mesh_key() is not None else _check_beam)(model, declared, case)
+        yield from (_check_solid if declared.thing.mesh_key() is not None else _check_beam)(declared, case)
         yield from _time_step_warnings(case)
 
 
@@ -83,7 +83,7 @@ def _material_owner(declared: Declared, case: Case) -> tuple[Location, str]:
     return case.body.at("material"), case.body.name
 
 
-def _check_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_beam(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for a viscoelastic beam."""
     if not case.uniform:
         at, named = _material_owner(declared, case)
@@ -91,7 +91,7 @@ def _check_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnost
                          "cannot be combined", "use constants that do not vary")  # fmt: skip
 
 
-def _check_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_solid(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for a viscoelastic solid."""
     if case.planar == "plane_stress":
         yield diagnostic(
@@ -114,13 +114,14 @@ def _check_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnos
         return
     for material in case.materials:
         if isinstance(material, Viscoelastic):
-            yield from _check_law(model, declared, case, material)
+            yield from _check_law(declared, case, material)
 
 
-def _check_law(model: Any, declared: Declared, case: Case, material: Viscoelastic) -> Iterator[Diagnostic]:
+def _check_law(declared: Declared, case: Case, material: Viscoelastic) -> Iterator[Diagnostic]:
     """Yield errors if the material law has no part that can relax, or is used in an unsuitable strain measure."""
     from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 
+    model = declared.thing
     if material.of == "whole" and model.formulation != "displacement":
         whose = _material_owner(declared, case)[1]
         yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes (`of = "

@@ -346,7 +346,7 @@ class CompressedPorousBodySetup(PorousSetup):
 
         Raises NotApplicable.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no dimensions")
 
     def problem_from(self, reference: Declared, case: Case) -> CompressedPorousBody:
         analysis, ends = _analysis(case), _ends(case, PLATES)

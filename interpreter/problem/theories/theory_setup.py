@@ -71,7 +71,7 @@ class TheorySetup:
 
         Raises NotApplicable if an assumption of the theory is violated.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} makes no problem of a case")
 
     def forces(self, case: Case, solution: Any) -> EquilibriumForces | None:
         """Return the reaction forces, contact forces and energies of a solution; None if the theory gives none."""
