@@ -10,18 +10,12 @@ import pytest
 
 import softmark
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
-from softmark.interpreter.verification import estimation_budget
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import closed_forms
 
+pytestmark = pytest.mark.usefixtures("ample_budget")
 SHARP = 4.0  # times the true error: twice what theory has of an order of 2, and a chance at one point
-
-
-@pytest.fixture(autouse=True)
-def _ample_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An estimate must not depend on how busy the machine is: no budget of CPU time ends it."""
-    monkeypatch.setattr(estimation_budget, "LEAST", 300.0)
 
 
 def stated(case: Any) -> list[dict[str, tuple[float, float]]]:

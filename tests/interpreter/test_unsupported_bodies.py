@@ -10,7 +10,6 @@ import pytest
 from softmark import loads
 from softmark.interpreter.pipeline import run_pipeline
 from softmark.interpreter.results.run_report import Report
-from softmark.interpreter.verification import estimation_budget
 
 HEAD = """softmark 1
 scene "nothing but touch holds it"
@@ -140,12 +139,12 @@ def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> 
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_a_finer_space_is_kept_where_the_body_is(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("ample_budget")
+def test_a_finer_space_is_kept_where_the_body_is() -> None:
     """What a mesh is stated to be off is that of a block that lay there: not what its spring of the first place does.
 
     Stiff and light, so that such a spring would pull with a twentieth of the weight: 2.5 times that error.
     """
-    monkeypatch.setattr(estimation_budget, "LEAST", 100.0)  # s: on a loaded machine one of the two might do less
     text = FALLS.replace("10 kPa", "10 MPa") + "probe p = point(block, at = (20, 20, {top}) mm)\n"
     text += "metric d = displacement(p, along = -z)\n"
     lay, fell = (stated(text.format(z=z, top=z + 20, slope=0, friction=""), "cubes")["d"].parts for z in (0, 10))
