@@ -55,7 +55,6 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "lsp": ("lsp", "start the language server, which editors call"),
     "completion": ("completion", "print the completion script of a shell"),
 }
-IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
 COMPUTING = frozenset(
     {"run", "judge", "compare", "robustness", "stress", "export", "conformance", "board", "import"}
 )  # commands that load numpy, scipy and numba
@@ -66,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:  # a process of our own, and not a call from Python
         exit_signals.install_handlers()
         pausing.pause_collection()
-        os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", IDLE)
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # see solvers/runtime/thread_limits.py
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _run_guarded(arguments)
     exit_signals.restore_handlers()

@@ -29,7 +29,7 @@ COUNTING = (  # prefixes of environment variables that may change a number
     "OMP_", "OPENBLAS_", "MKL_", "GOTO_", "BLIS_", "VECLIB_", "KMP_", "NUMBA_", "PYPARDISO_", "SOFTMARK_",
     "NPY_", "LD_",
 )  # fmt: skip
-IDLE = ("OPENBLAS_THREAD_TIMEOUT",)  # except those that `dsl` itself sets: how threads wait
+NO_EFFECT = ("OPENBLAS_NUM_THREADS",)  # except this: runs use one thread in any case
 ALONE = frozenset(  # extensions of files that refer to no other file
     {".msh", ".vtk", ".vtu", ".stl", ".ply", ".obj", ".off", ".csv", ".tsv", ".txt", ".npz", ".npy", ".nii",
      ".frd", ".xplt"}
@@ -118,7 +118,7 @@ def _machine() -> str:
 
 
 def _environment_variables() -> Iterator[str]:
-    known = (n for n in os.environ if n.startswith(COUNTING) and n not in IDLE)
+    known = (n for n in os.environ if n.startswith(COUNTING) and n not in NO_EFFECT)
     yield from (f"{name}={os.environ[name]}" for name in sorted(known))
 
 
