@@ -12,21 +12,24 @@ from softmark.interpreter.models import model_builders
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.problem.body_case import Case, case_for
 from softmark.pausing import collection_paused
+from softmark.solvers.runtime.work_count import counted
 
 
-def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Prepared, tuple[float, float]]:
-    """Return a model built for a case, and the wall and CPU time, s, of building it. Raises Fault.
+def prepared_model(
+    declared: Declared, case: Case, workshop: BuildContext
+) -> tuple[Prepared, tuple[float, float, float]]:
+    """Return a model built for a case, and the wall, CPU and nominal CPU time, s, of building it. Raises Fault.
 
-    The time of importing libraries is not included.
+    The time of importing libraries is not included. Nominal time is that of `work_count`.
     """
     with collection_paused():
         model_builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
-    wall, cpu = time.perf_counter(), time.process_time()
+    wall, cpu, before = time.perf_counter(), time.process_time(), counted()
     prepared = model_builders.build(declared, case, workshop)
     spent = time.perf_counter() - wall, time.process_time() - cpu
     # a mesh made for another model is charged to this model too
-    return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])
+    return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1], counted() - before)
 
 
 def from_a_model(reference: Declared) -> bool:

@@ -35,6 +35,7 @@ from softmark.interpreter.verification.selection_error import support_facts
 from softmark.interpreter.verification.stress_warnings import asks_for_stress, stress_warnings
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.runtime import parallel_compilation
+from softmark.solvers.runtime.work_count import counted
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.static_equilibrium import Iteration
@@ -70,13 +71,16 @@ def solve_model(work: StateRun, name: str) -> None:
     if cached_results.reuse_solved_model(work, name):
         return
     case = work.case(declared := work.scene.declared[name])
-    prepared, setup, setup_cpu = work.prepared[name]
+    prepared, setup, setup_cpu, setup_work = work.prepared[name]
+    before = counted()
     solution, wall, cpu = _solve_from_previous_state(work, name, prepared)
+    solve_work = (counted() - before) / max(1, len(cpu))
     case = interaction_setup.with_moved_rigid_bodies(case, solution.mesh)
     solution = add_stress(work.scene, declared, case, verify_solution(work.scene, declared, case, prepared, solution))
     history = solution.history
     known = material_report(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
-    solution = replace(solution, facts=solution.facts | known)
+    work_done = {"nominal_cpu_s": {"setup": setup_work, "solve": solve_work}}
+    solution = replace(solution, facts=solution.facts | known | work_done)
     basis, most = ("", False) if solution.spent is None else (solution.spent.basis, solution.spent.most)
 
     def timed(seconds: list[float]) -> Timing:

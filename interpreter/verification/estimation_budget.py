@@ -1,15 +1,17 @@
-"""Budget of CPU time for error estimates, relative to the time of the solution."""
+"""Budget of nominal CPU time for error estimates, relative to that of the solution.
+
+Nominal time is counted by `solvers/runtime/work_count.py`: what can be stated does not depend on how busy a machine is.
+"""
 
 from __future__ import annotations
 
-import sys
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate
+from softmark.solvers.runtime.work_count import counted
 
 SOLUTIONS = 2.0  # total budget relative to the cost of the solution
 LEAST = 5.0  # s, least budget
@@ -18,47 +20,38 @@ NOT_ASKED = "not computed by default; `--stated` does this"
 
 
 class BudgetExceeded(NoErrorEstimate):
-    """Exception for an estimate that exceeds its CPU time budget, or would exceed it."""
+    """Exception for an estimate that exceeds its budget, or would exceed it."""
 
 
 @dataclass
 class Budget:
-    """CPU time that an estimate may spend, s, counted within a `with` block.
+    """Nominal CPU time that an estimate may spend, s, counted within a `with` block.
 
     `asked` is true if the result was requested; otherwise only slight costs are allowed.
     """
 
     limit: float
-    solution: float  # s, CPU time of the solution
+    solution: float  # s, nominal CPU time of the solution
     asked: bool = True
     spent: float = 0.0
     _depth: int = 0
     _since: float = 0.0
-    _compiling: Any = None  # counter of compilation time
 
     @classmethod
-    def of(cls, clock: Mapping[str, Any], asked: bool) -> Budget:
-        """Return the budget of a model from its clock, which has the times of setup and solution."""
-        seconds = (clock.get(n) for n in ("setup_cpu_s", "solve_cpu_s"))
-        took = sum(t.median for t in seconds if t)
+    def of(cls, facts: Mapping[str, Any], asked: bool) -> Budget:
+        """Return the budget of a model from the facts of its solution, which have its `nominal_cpu_s`."""
+        took = sum((facts.get("nominal_cpu_s") or {}).values())
         return cls(max(SOLUTIONS * took, LEAST), took, asked)
 
     def __enter__(self) -> None:
         self._depth += 1
         if self._depth == 1:
-            self._since, self._compiling = time.process_time(), _listener()
+            self._since = counted()
 
     def __exit__(self, *failure: object) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self.spent += self._elapsed_cpu_time
-            _remove_listener(self._compiling)
-
-    @property
-    def _elapsed_cpu_time(self) -> float:
-        """Return the CPU seconds since the start of the `with` block, without compilation."""
-        heard = self._compiling
-        return time.process_time() - self._since - (heard.duration if heard is not None and heard.done else 0.0)
+            self.spent += counted() - self._since
 
     @property
     def words(self) -> str:
@@ -67,7 +60,7 @@ class Budget:
 
     @contextmanager
     def reserving(self, solutions: float) -> Iterator[None]:
-        """Reserve CPU time for `solutions` further solutions while the block runs, so that it is left afterwards."""
+        """Reserve time for `solutions` further solutions while the block runs, so that it is left afterwards."""
         kept = solutions * self.solution
         self.limit -= kept
         try:
@@ -77,8 +70,8 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """Remaining CPU time, s."""
-        return self.limit - self.spent - (self._elapsed_cpu_time if self._depth else 0.0)
+        """Remaining nominal CPU time, s."""
+        return self.limit - self.spent - (counted() - self._since if self._depth else 0.0)
 
     def add_solution_time(self, took: float) -> None:
         """Increase the budget for `took` seconds of solution time that its clock missed, such as modal analysis."""
@@ -99,21 +92,3 @@ class Budget:
         """Raise BudgetExceeded if the budget is spent."""
         if self.left < 0.0:
             raise BudgetExceeded(f"computing it takes more than {self.words}")
-
-
-def _listener() -> Any:
-    """Return the counter of compilation seconds; None if nothing in this program compiles."""
-    if "numba" not in sys.modules:
-        return None
-    from numba.core import event
-
-    listener: Any = event.TimingListener()  # type: ignore[no-untyped-call]
-    event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
-    return listener
-
-
-def _remove_listener(listener: Any) -> None:
-    if listener is not None:
-        from numba.core import event
-
-        event.unregister("numba:compile", listener)  # type: ignore[no-untyped-call]

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from softmark.solvers.assembly.sparsity_patterns import build_pattern, free_dofs
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
+from softmark.solvers.runtime.work_count import count_contact_search, count_forces, count_setup, count_stiffness
 
 
 class Assembly:
@@ -44,6 +45,8 @@ class Assembly:
         self.points = points  # (dofs / 3, 3), m, if unknowns are three displacements of each point
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
         self.saddle = any(e.saddle for e in self.internal)
+        for energy in (*self.internal, *self.loads):
+            count_setup(energy.stencils)
         self.pattern = build_pattern(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
         self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
@@ -152,8 +155,10 @@ class Assembly:
         internal: Floats = np.zeros(self.dofs, dtype=self.kind)
         external: Floats = np.zeros(self.dofs, dtype=self.kind)
         for energy in self.internal:
+            count_forces(energy.stencils)
             energy.add_gradient(x, internal)
         for energy, scale in self.loads_with_factors(load):
+            count_forces(energy.stencils)
             energy.add_gradient(x, external, scale)
         return internal, external
 
@@ -169,10 +174,12 @@ class Assembly:
         data: Floats = np.zeros(len(self.pattern.indices), dtype=self.kind)
         for (energy, scale), slots in zip(self._energies_with_factors(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
+                count_stiffness(energy.stencils)
                 energy.add_hessian(x, data, slots, scale, projected)
         K = self.pattern.matrix(data)
         for energy, scale in self._energies_with_factors(load):
             if isinstance(energy, DynamicPatternEnergy):
+                count_contact_search()
                 K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).astype(self.kind).tocsr()
         return K
 

@@ -38,6 +38,7 @@ from softmark.solvers.dynamics.contact_output import (
 )
 from softmark.solvers.dynamics.integrator import BarrierTooSoft, FacetPenetration, StepFailed
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
+from softmark.solvers.runtime.work_count import count_contact_search
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.integrator import Motion
@@ -338,6 +339,7 @@ class ContactsAtTime:
         `free` are the numbers of the free degrees of freedom.
         """
         for energy in self.meets:
+            count_contact_search()
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J
 

@@ -14,6 +14,7 @@ from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.load_amplitudes import Amplitude, Constant, StepLoad, linear_step_load, mean_factors
 from softmark.solvers.energies.elastic_energy import add_drag
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
+from softmark.solvers.runtime.work_count import count_forces, count_stiffness
 
 if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
@@ -140,6 +141,7 @@ class DynamicForces:
         """Return the sum (dofs,), N, of the gradients of some energies in a state x."""
         internal = np.zeros(self.dofs)
         for energy in energies:
+            count_forces(energy.stencils)
             energy.add_gradient(x, internal)
         return internal
 
@@ -168,6 +170,7 @@ class DynamicForces:
         data = np.zeros(len(self.pattern.indices))
         for (energy, scale), slots in zip(self.energies_with_factors(factors), self._slots, strict=True):
             if energy.stencils.size and scale != 0.0:
+                count_stiffness(energy.stencils)
                 energy.add_hessian(x, data, slots, scale, projected)
         return self.pattern.matrix(data)
 

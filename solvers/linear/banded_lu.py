@@ -12,6 +12,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.runtime.scipy_submodules import import_submodule
+from softmark.solvers.runtime.work_count import count_factorization
 from softmark.solvers.sparse.banded_cholesky import WIDEST
 
 
@@ -52,6 +53,7 @@ class BandedLuSolver:
         band[layout.places] = K.data
         if not np.isfinite(K.data.sum() + b.sum()):
             raise Singular("the matrix contains a number that is not finite")
+        count_factorization(2 * K.shape[0] * rows * (layout.below + 1))
         _, _, x, info = self._solve(layout.below, layout.above, band.reshape(-1, rows).T, b, overwrite_ab=1)
         if info:
             raise Singular("a pivot is zero")

@@ -23,6 +23,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.runtime import parallel_compilation
 from softmark.solvers.runtime.thread_limits import ALONE
+from softmark.solvers.runtime.work_count import count_factorization, count_product
 from softmark.solvers.sparse.banded_cholesky import NEUTRAL, NegativePivot, factorise_banded
 from softmark.solvers.sparse.rigid_body_modes import Modes
 
@@ -117,17 +118,16 @@ class LuFactor:
 
     def solve(self, b: Floats) -> Floats:
         """Return the solution x of K x = b."""
+        count_product(self.lu.nnz)
         with ALONE:
-            x: Floats = self.lu.solve(b)
-        return x
+            return np.asarray(self.lu.solve(b))
 
     @property
     def negative_pivots(self) -> int | None:
         """Number of negative pivots; at least 1 if pivots lie off the diagonal, which proves K indefinite."""
-        elsewhere = np.any(self.lu.perm_r != self.lu.perm_c)
         pivots = self.lu.U.diagonal()
         # a neutral direction, such as the plane in which a round column buckles, has a pivot of zero to rounding
-        return int(np.sum(pivots < -NEUTRAL * np.abs(pivots).max())) or int(elsewhere)
+        return int(np.sum(pivots < -NEUTRAL * np.abs(pivots).max())) or int(np.any(self.lu.perm_r != self.lu.perm_c))
 
 
 @dataclass(frozen=True)
@@ -388,6 +388,7 @@ def _lu_factor(K: sparse.csr_matrix, symmetric: bool) -> LuFactor:
         raise Singular(str(error)) from error
     except MemoryError:
         raise Singular("SuperLU ran out of memory") from None
+    count_factorization(float(lu.nnz) ** 2 / K.shape[0])
     return LuFactor(lu)
 
 

@@ -10,6 +10,7 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Unsolved, factor
 from softmark.solvers.linear.symbolic_cache import cached_plan
+from softmark.solvers.runtime.work_count import count_product
 from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite, Precision
 
 EPS = float(np.finfo(np.float64).eps)
@@ -166,6 +167,7 @@ class LinearSolver:
         for number in range(1, budget + 1):
             if size <= goal:
                 return x, True
+            count_product(K.nnz)
             z = cholesky.solve(r)
             rz, before = float(r @ z), rz
             p = z + (rz / before if number > 1 else 0.0) * p

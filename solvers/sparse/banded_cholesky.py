@@ -18,6 +18,7 @@ from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.runtime.scipy_submodules import import_submodule
+from softmark.solvers.runtime.work_count import count_factorization, count_product
 
 NAME = "banded Cholesky (LAPACK)"
 WIDEST = 32  # diagonals; LAPACK factorises narrower bands column by column, without threads
@@ -48,6 +49,7 @@ class BandedCholesky:
 
     def solve(self, b: Floats) -> Floats:
         """Return the solution x of K x = b."""
+        count_product(2 * self.band.size)
         found: Floats = _lapack().dpbtrs(self.band, b)[0]
         return found
 
@@ -74,6 +76,7 @@ def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
     if band is None:
         return None
     filled = np.append(K.data, 0.0).take(band.entries)
+    count_factorization(band.shape[0] * band.shape[1] ** 2)
     factor, info = _lapack().dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
     if not info:
         return BandedCholesky(factor)

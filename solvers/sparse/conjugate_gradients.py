@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.runtime.work_count import count_product
 
 
 def conjugate_gradients(
@@ -24,6 +25,7 @@ def conjugate_gradients(
     for number in range(1, budget + 1):
         if dot(r, r) <= goal * goal:
             return x, number - 1, True
+        count_product(K.nnz)
         z = precondition(r)
         rz, before = dot(r, z), rz
         p = z + (rz / before if number > 1 else 0.0) * p

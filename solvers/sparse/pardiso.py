@@ -12,9 +12,11 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.runtime.work_count import count_product
 
 NAME = "MKL Pardiso (pypardiso)"
 DEFINITE, INDEFINITE, GENERAL = 2, -2, 11  # Pardiso's numbers of real matrix types
+FILL = 30  # typical entries of the factor, for each entry of the matrix
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1  # Pardiso's numbers of phases
 
 
@@ -125,6 +127,7 @@ class Pardiso:
 
     def _run_phase(self, phase: int, b: Floats) -> Floats:
         """Run one phase of the library with the right-hand side b, and return the solution x."""
+        count_product(FILL * len(self._matrix[0]))
         b = np.ascontiguousarray(b, dtype=self._real)
         x = np.zeros_like(b)
         _call_pardiso(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)

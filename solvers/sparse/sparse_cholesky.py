@@ -13,6 +13,7 @@ from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.runtime.thread_limits import ALONE
+from softmark.solvers.runtime.work_count import count_factorization, count_product
 from softmark.solvers.sparse import blas, factorization_kernels
 from softmark.solvers.sparse.banded_cholesky import NEUTRAL
 from softmark.solvers.sparse.symbolic_factorization import Symbolic, analyse
@@ -80,6 +81,7 @@ class Cholesky:
         pivot. The elimination order is then not adapted to the pivots, so the caller must check the accuracy of
         solutions.
         """
+        count_factorization(self.plan.flops)
         self._signs, self.negative_pivots = self._none, 0
         with ALONE:
             failed = int(factorization_kernels.factorise(0, data, *self._matrix, *self._unsigned))
@@ -112,6 +114,7 @@ class Cholesky:
 
     def solve(self, b: Floats) -> Floats:
         """Return the solution x of K x = b."""
+        count_product(2 * self.plan.factor_size)
         self._x[:] = b[self.plan.order]
         with ALONE:
             factorization_kernels.substitute(*self._triangles, self._signs)

@@ -19,6 +19,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, factor
 from softmark.solvers.runtime.thread_limits import ALONE
+from softmark.solvers.runtime.work_count import count_product
 from softmark.solvers.sparse.conjugate_gradients import dot
 
 SMALL = 20_000  # largest number of unknowns for a direct factorisation
@@ -227,6 +228,7 @@ def _conjugate_gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, c
         settled = dot(r, r) <= goal and sum(gained[-DELAY:]) <= close**2 * sum(gained)
         if settled and sum(moved[-DELAY:]) <= CRAWL * close * dot(x, x) ** 0.5:
             return x
+        count_product(K.nnz)
         z = precondition(r)
         rz, before = dot(r, z), rz
         p = z + (rz / before if number else 0.0) * p

@@ -15,6 +15,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.external_loads import ScaledLoad
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory
+from softmark.solvers.runtime.work_count import count_time_step
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
 
 
@@ -66,6 +67,7 @@ def state_at_rest(problem: Statics, memories: BodyHistory) -> StateInTime:
 
 def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -> StateInTime:
     """Return the equilibrium at a later time, or at the same time after a jump of the loading. Raises NotConverged."""
+    count_time_step()
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
     loads = [ScaledLoad(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]

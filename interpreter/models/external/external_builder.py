@@ -44,6 +44,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.runtime.work_count import count_seconds
 from softmark.solvers.statics.residual_forces import relative_residual
 from softmark.solvers.statics.static_equilibrium import Equilibrium
 
@@ -154,6 +155,7 @@ class PreparedExternalModel:
         program.write(problem, folder)
         model = self.model
         end = external_process.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
+        count_seconds(end.wall_s if end.cpu_s is None else end.cpu_s)
         known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
         try:
             answer, u = self._read_answer(program, problem, folder, end)
