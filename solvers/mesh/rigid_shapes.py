@@ -13,7 +13,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.polygons import Corners
 from softmark.solvers.mesh.revolved_bodies import Revolved
-from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot
+from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot, transverse
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Surface
@@ -83,6 +83,13 @@ class RoundedBox(Shape):
         a, b, c = (s - 2.0 * r for s in self.size)
         return a * b * c + 2.0 * (a * b + b * c + c * a) * r + math.pi * (a + b + c) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
+    def contains(self, point: Vector3) -> bool:
+        """Return whether the box contains a point, within 1e-9 of its size."""
+        r = self.rounding
+        sides = zip(point, self.origin, self.size, strict=True)
+        beyond = math.hypot(*(max(o + r - p, 0.0, p - (o + s - r)) for p, o, s in sides))  # the core
+        return beyond <= r + polygons.SAME * self.diagonal
+
     def surface(self, size: float = 0.0) -> Surface:
         """Return points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; `size` has no effect."""
         from softmark.solvers.mesh.shape_surfaces import triangulate_rounded_box
@@ -136,6 +143,13 @@ class RoundedRevolution(Shape):
         from softmark.solvers.mesh.shape_surfaces import triangulate_revolved
 
         return triangulate_revolved(np.array(self.outline(SIDES)), self.axis, self.origin)
+
+    def contains(self, point: Vector3) -> bool:
+        """Return whether the body contains a point, within 1e-9 of its size."""
+        off = [p - o for p, o in zip(point, self.origin, strict=True)]
+        z, *across = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        slack = self.rounding + polygons.SAME * self.diagonal
+        return polygons.contains_point(self.core, math.hypot(*across), z, slack)
 
     def outline(self, sides: int) -> Corners:
         """Return the corners (r, z) of half of the axial section, m, beginning on the axis; arcs have `sides` sides."""
