@@ -42,6 +42,8 @@ class Revolution(Shape):
     Corners of the polygon are pairs of a radius and a position along the axis from `origin`, m.
     """
 
+    has_signed_distance = True
+
     if TYPE_CHECKING:
 
         @property

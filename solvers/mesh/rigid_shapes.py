@@ -1,7 +1,8 @@
 """Shapes for rigid bodies only, defined by the distance to their surface, without a mesh.
 
-To add a shape: write a class here with `meshed = False`, add a line to SHAPES, and add its gap function to
-solvers/contact/gaps.
+To add a shape: a class here and a line in SHAPES. A body of revolution with rounded edges derives from
+`RoundedRevolution` and needs no more. Other shapes also need a signed distance in solvers/contact/signed_distance and,
+by another formula, in interpreter/verification/contact_forces_check.py.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class HalfSpace(Shape):
 
     convex = True
     meshed = False
+    has_signed_distance = True
 
     origin: Annotated[Vector3, "m", "point of the plane"] = (0.0, 0.0, 0.0)
     normal: Annotated[Vector3, "direction", "outward normal of the plane"] = (0.0, 0.0, 1.0)
@@ -54,6 +56,7 @@ class RoundedBox(Shape):
 
     convex = True
     meshed = False
+    has_signed_distance = True
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
     rounding: Annotated[float, "m in (0, inf)", "radius of the edges"]
@@ -102,6 +105,7 @@ class RoundedRevolution(Shape):
 
     convex = True
     meshed = False
+    has_signed_distance = True
 
     length: float
     rounding: float
@@ -110,7 +114,10 @@ class RoundedRevolution(Shape):
 
     @property
     def core(self) -> Corners:
-        """Corners (r, z) of half of the core's axial section, counter-clockwise, m; z is measured from `origin`."""
+        """Corners (r, z) of half of the core's axial section, counter-clockwise, m; z is measured from `origin`.
+
+        They enclose an area: the core is not a point or a segment of the axis.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no core")
 
     @property

@@ -212,6 +212,11 @@ class Shape:
         return False
 
     @property
+    def has_signed_distance(self) -> bool:
+        """True if a rigid body of this shape can touch others: solvers/contact/signed_distance has its distance."""
+        return False
+
+    @property
     def file(self) -> str:
         """File from which the shape is read; "" if none."""
         return ""

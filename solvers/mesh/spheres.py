@@ -162,6 +162,11 @@ class Sphere(RoundBody):
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
+    def has_signed_distance(self) -> bool:
+        """True if it is whole: parts are bounded by planes of symmetry."""
+        return self.part == "whole"
+
+    @property
     def outer_semiaxes(self) -> Vector3:
         """Outer semi-axes, all equal to the radius, m."""
         return self.radius, self.radius, self.radius
@@ -199,6 +204,11 @@ class SphericalShell(RoundBody):
     inner: Annotated[float, "m in (0, inf)", "inner radius"]
     origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
+
+    @property
+    def has_signed_distance(self) -> bool:
+        """True if it is whole: parts are bounded by planes of symmetry."""
+        return self.part == "whole"
 
     @property
     def fault(self) -> str:
