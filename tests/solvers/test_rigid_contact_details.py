@@ -108,3 +108,5 @@ def test_every_shape_with_a_gap_is_one_that_a_scene_may_have_and_that_is_found_a
     known = {cls for cls in WORDS.values() if cls.has_signed_distance is not Shape.has_signed_distance}
     for table in (GAPS, DISTANCES):
         assert {cls for cls in WORDS.values() if issubclass(cls, tuple(table))} == known
+    tried = {type(shape) for shape in SHAPES.values()}
+    assert {name for name, cls in WORDS.items() if not (cls.meshed or cls in tried)} == set(), "add them to SHAPES"

@@ -249,6 +249,8 @@ def test_how_sharp() -> None:
 def test_every_shape_has_a_gap_or_is_known_to_have_none() -> None:
     assert {name for name, cls in SHAPES.items() if not issubclass(cls, tuple(GAPS))} == WITHOUT
     assert all(issubclass(cls, tuple(GAPS)) for cls in SHAPES.values() if not cls.meshed), "else nobody could use it"
+    tried = {type(shape) for shape in KINDS.values()}
+    assert {name for name, cls in SHAPES.items() if not (cls.meshed or cls in tried)} == set(), "add them to KINDS"
     assert gap_of(Ellipsoid((1.0, 2.0, 3.0))) is None
     assert gap_of(Sphere(1.0, part="half")) is None
     assert gap_of(Punch(1.0, 1.0, 3.0)) is None, "its rims meet"
