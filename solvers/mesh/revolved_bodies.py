@@ -43,6 +43,7 @@ class Revolution(Shape):
     """
 
     has_signed_distance = True
+    has_mass_properties = True
 
     if TYPE_CHECKING:
 

@@ -54,6 +54,7 @@ class Cylinder(RoundPrism):
 
     convex = True
     has_signed_distance = True
+    has_mass_properties = True
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     radius: Annotated[float, "m in (0, inf)", "radius of the cross-section"]
@@ -98,6 +99,7 @@ class Box(Prism):
 
     convex = True
     has_signed_distance = True
+    has_mass_properties = True
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
     origin: Annotated[Vector3, "m", "corner with the lowest x, y and z"] = (0.0, 0.0, 0.0)
@@ -214,6 +216,7 @@ class MeshFile(Shape):
 
     prebuilt = True
     has_signed_distance = True
+    has_mass_properties = True
 
     path: Annotated[str, "file", "the file, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]

@@ -156,6 +156,7 @@ class Sphere(RoundBody):
     """
 
     convex = True
+    has_mass_properties = True
 
     radius: Annotated[float, "m in (0, inf)", "radius of the sphere"]
     origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
@@ -199,6 +200,8 @@ class SphericalShell(RoundBody):
     It is meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres, so that
     a coarse mesh of linear elements has less volume (the report gives the difference). The parts are those of `sphere`.
     """
+
+    has_mass_properties = True
 
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
     inner: Annotated[float, "m in (0, inf)", "inner radius"]

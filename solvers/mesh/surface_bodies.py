@@ -24,6 +24,7 @@ class SurfaceBody(Shape):
 
     enclosed = True
     has_signed_distance = True
+    has_mass_properties = True
 
     if TYPE_CHECKING:
 

@@ -87,6 +87,7 @@ class Tube(RoundPrism):
     """
 
     has_signed_distance = True
+    has_mass_properties = True
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
