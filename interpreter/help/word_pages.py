@@ -101,8 +101,8 @@ def field_facts(f: Field) -> str:
 
 
 def _dimension(f: Field) -> str:
-    named = units.dimension_name(f.dimension or units.NONE)
-    return f"{named}, in {units.usual_units(f.dimension or units.NONE)}" if f.dimension != units.NONE else named
+    named, usual = units.dimension_name(f.dimension or units.NONE), units.usual_units(f.dimension or units.NONE)
+    return named if f.dimension == units.NONE or named.endswith(usual) else f"{named}, in {usual}"
 
 
 def _default(f: Field) -> str:

@@ -19,23 +19,9 @@ from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.loads.torque import Torque
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Rotated, Symmetric
-from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
-from softmark.solvers.mesh.extruded_shapes import Extruded
-from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
-from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
-from softmark.solvers.mesh.spheres import RoundBody, Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Tetrahedralized
-from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape, Vector3
-
-# shapes with a signed distance in solvers/contact/signed_distance, which is not imported to check a scene
-DISTANT = (
-    HalfSpace, Sphere, SphericalShell, Box, RoundedBox, Cylinder, Tube, Cone, Revolved, Punch, RoundedCone, Extruded,
-    Tetrahedralized, MeshFile, Union, Difference, Intersection,
-)  # fmt: skip
 
 ON_AXIS = 1e-9  # relative to its size: a rigid body closer to the axis rotates about it
 PULLED = (
@@ -145,7 +131,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     `first` and `second` are the bodies of the contact.
     """
     shape = first.thing.shape
-    if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.halved_axis_count):
+    if not shape.has_signed_distance:
         yield diagnostic(
             "E653",
             first.at("shape"),

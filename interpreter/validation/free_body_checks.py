@@ -15,28 +15,7 @@ from softmark.interpreter.vocabulary.loads.body_force import BodyForce, Gravity
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.loads.torque import Torque
 from softmark.interpreter.vocabulary.support_words import Rotated, Symmetric
-from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
-from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
-from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Tetrahedralized
-from softmark.solvers.mesh.tubes import Tube
 
-# shapes with a mass in solvers/contact/rigid_mass_properties, which is not imported to check a scene
-HEAVY = (
-    Sphere,
-    SphericalShell,
-    Box,
-    Cylinder,
-    Tube,
-    Cone,
-    Revolved,
-    Tetrahedralized,
-    MeshFile,
-    Union,
-    Difference,
-    Intersection,
-)
 Reason = tuple[Any, str, str, str]  # place, what, label, help
 
 
@@ -64,7 +43,7 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
             )
         return
     yield from _check_mass(body)
-    if not isinstance(thing.shape, HEAVY):
+    if not thing.shape.has_mass_properties:
         yield (
             body.at("shape"),
             f"the moments of inertia of `{name}` cannot be computed from its shape",
@@ -196,7 +175,7 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
                 "whole body or slice?",
                 "give the mass that acts on the slice: `mass = 4 g`",
             )
-        elif not isinstance(body.thing.shape, HEAVY):
+        elif not body.thing.shape.has_mass_properties:
             yield (
                 body.at("shape"),
                 f"the weight of `{name}` cannot be computed from its shape",

@@ -32,13 +32,12 @@ from softmark.solvers.independent_forces import (
 )
 from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats, Ints
-from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone, RoundedRevolution
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Tetrahedralized
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
@@ -331,7 +330,7 @@ def _current_distance(touch: RigidBodyContact) -> rigid_contact_forces.Distance:
 
 def _shape_distance(shape: Shape) -> rigid_contact_forces.Distance:
     """Return the distance function of a shape at its declared position. Raises NoIndependentFormula."""
-    make = DISTANCES.get(type(shape))
+    make = next((make for cls, make in DISTANCES.items() if isinstance(shape, cls)), None)
     if make is None:
         raise NoIndependentFormula(f"no independent distance formula is available for the shape {type(shape).__name__}")
     found: rigid_contact_forces.Distance = make(shape)
@@ -394,10 +393,8 @@ DISTANCES: Mapping[type, Callable[[Any], rigid_contact_forces.Distance]] = {
     Revolved: lambda shape: _revolved_profile_distance(shape, shape.outline),
     Punch: _punch_distance,
     RoundedCone: _rounded_cone_distance,
+    RoundedRevolution: lambda shape: _revolved_profile_distance(shape, shape.core, shape.rounding),
     Extruded: _extrusion_distance,
-    Tetrahedralized: _closed_surface_distance,
+    SurfaceBody: _closed_surface_distance,
     MeshFile: _closed_surface_distance,
-    Union: _closed_surface_distance,
-    Difference: _closed_surface_distance,
-    Intersection: _closed_surface_distance,
 }

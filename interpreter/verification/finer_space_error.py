@@ -26,7 +26,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.estimation_budget import Budget
 from softmark.interpreter.verification.probe_errors import CachedField, Floats, NoErrorEstimate
 from softmark.records import dataclass
-from softmark.solvers.elements import element_of
+from softmark.solvers.elements import element_of, finer_element
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.fem_builder import PreparedSolid
@@ -160,7 +160,7 @@ def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Call
         except UnmatchedFaces as error:
             raise NoErrorEstimate(str(error) or UNMATCHED) from error
 
-    kind = solved.mesh.element.finer
+    kind = finer_element(solved.mesh.element).name
     return _locking_free_model(model, representative_materials(case, solved.mesh), kind), make
 
 

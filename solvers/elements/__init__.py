@@ -66,6 +66,11 @@ def element_of(name: str) -> type[Element]:
     return CELLS[name]
 
 
+def finer_element(element: type[Element]) -> type[Element]:
+    """Return the element of the finer space: one of higher order on the same cells, or itself on cells split."""
+    return element_of(element.finer) if element.finer else element
+
+
 def unknown_element_error(name: str) -> UnknownElement:
     """Return the error for an unknown element name."""
     return UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")

@@ -88,7 +88,7 @@ class Element(Protocol):
     formulations: ClassVar[tuple[str, ...]]  # formulations of models/fem that are known to work with it
     integrations: ClassVar[tuple[str, ...]]  # `full`; `selective`: volumetric terms once per cell
     springs: ClassVar[bool]  # whether its edges and diagonals can form a spring network
-    finer: ClassVar[str]  # element of the finer space: another on the same cells, or itself on cells split in eight
+    finer: ClassVar[str]  # element of higher order on the same cells, for error estimates; "": itself on split cells
     leaves: ClassVar[float]  # error / distance to the finer solution, for a convergence order of at least 0.85
 
     # ---- defined by the reference cell

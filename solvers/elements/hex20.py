@@ -38,7 +38,6 @@ class Hex20(QuadraticHexahedron):
     meshio: ClassVar[str] = "hexahedron20"
     nodes: ClassVar[int] = 20
     locks: ClassVar[float] = 0.49
-    finer: ClassVar[str] = "hex20"
     most: ClassVar[float] = 1e6
     between: ClassVar[Rows] = EDGES
     mirrored_nodes: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, EDGES)

@@ -45,7 +45,6 @@ class Hex27(QuadraticHexahedron):
     meshio: ClassVar[str] = "hexahedron27"
     nodes: ClassVar[int] = 27
     locks: ClassVar[float] = 0.499
-    finer: ClassVar[str] = "hex27"
     most: ClassVar[float] = 5e5
     between: ClassVar[Rows] = BETWEEN
     mirrored_nodes: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, BETWEEN)

@@ -38,7 +38,6 @@ class Hex8(Hexahedron):
     order: ClassVar[int] = 1
     constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.45
-    finer: ClassVar[str] = "hex8"
     leaves: ClassVar[float] = 2.25
     most: ClassVar[float] = 4e6
     pressures: ClassVar[str | None] = "cell"

@@ -63,6 +63,7 @@ class Tetrahedron:
         ((0, 1, 3, 4), (2, 3, 1, 6), (5, 4, 6, 1), (7, 6, 4, 3), (1, 3, 4, 6)),
     )
     warps: ClassVar[bool] = False
+    finer: ClassVar[str] = ""
 
     @staticmethod
     def rim() -> Floats:
@@ -192,6 +193,7 @@ class Hexahedron:
     )  # fmt: skip
     split: ClassVar[tuple[Rows, Rows]] = (((0, 1, 2, 3, 4, 5, 6, 7),), ((0, 1, 2, 3, 4, 5, 6, 7),))
     warps: ClassVar[bool] = True
+    finer: ClassVar[str] = ""
 
     @staticmethod
     def rim() -> Floats:

@@ -44,6 +44,7 @@ class Wedge:
         ((0, 1, 3, 4, 5, 7), (1, 2, 3, 5, 6, 7)),
     )  # diagonals of neighbouring cells meet at common points, so that no direction is stiffer
     warps: ClassVar[bool] = True
+    finer: ClassVar[str] = ""
 
     @staticmethod
     def rim() -> Floats:

@@ -40,7 +40,6 @@ class Tet10(Tetrahedron):
     order: ClassVar[int] = 2
     constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.4995
-    finer: ClassVar[str] = "tet10"
     leaves: ClassVar[float] = 2.25
     most: ClassVar[float] = 4e6
     pressures: ClassVar[str | None] = "corners"

@@ -37,7 +37,6 @@ class Wedge15(Wedge):
     order: ClassVar[int] = 2
     constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.4995
-    finer: ClassVar[str] = "wedge15"
     leaves: ClassVar[float] = 2.25
     most: ClassVar[float] = 2e6
     pressures: ClassVar[str | None] = "corners"

@@ -37,6 +37,7 @@ class Extruded(Shape):
     """
 
     gap = "not a convex body"
+    has_signed_distance = True
 
     corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of the section, in order around it"]
     height: Annotated[float, "m in (0, inf)", "length of the body along that direction"]

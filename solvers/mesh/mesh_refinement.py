@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.elements import element_of
+from softmark.solvers.elements import element_of, finer_element
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.shape import CurvedSide, Shape
@@ -52,7 +52,7 @@ def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
     """
     if mesh.skin is not None:
         raise UnmatchedFaces
-    element = element_of(mesh.element.finer)
+    element = finer_element(mesh.element)
     places, children = _refinement_pattern(mesh.element, element)
     labels = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
     N = mesh.element.shape(places)
@@ -74,7 +74,7 @@ def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
 
 def estimate_memory(mesh: Mesh) -> float:
     """Return the approximate peak memory for forces and stiffness on the finer mesh, bytes."""
-    own, new = mesh.element, element_of(mesh.element.finer)
+    own, new = mesh.element, finer_element(mesh.element)
     cells = len(mesh.cells) * (len(own.child_corners()) if own is new else 1)
     return HELD * cells * (3.0 * new.nodes) ** 2
 

@@ -42,6 +42,9 @@ class Revolution(Shape):
     Corners of the polygon are pairs of a radius and a position along the axis from `origin`, m.
     """
 
+    has_signed_distance = True
+    has_mass_properties = True
+
     if TYPE_CHECKING:
 
         @property

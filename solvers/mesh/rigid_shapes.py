@@ -1,7 +1,8 @@
 """Shapes for rigid bodies only, defined by the distance to their surface, without a mesh.
 
-To add a shape: write a class here with `meshed = False`, add a line to SHAPES, and add its gap function to
-solvers/contact/gaps.
+To add a shape: a class here and a line in SHAPES. A body of revolution with rounded edges derives from
+`RoundedRevolution` and needs no more. Other shapes also need a signed distance in solvers/contact/signed_distance and,
+by another formula, in interpreter/verification/contact_forces_check.py.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.polygons import Corners
 from softmark.solvers.mesh.revolved_bodies import Revolved
-from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot
+from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot, transverse
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Surface
@@ -35,6 +36,7 @@ class HalfSpace(Shape):
 
     convex = True
     meshed = False
+    has_signed_distance = True
 
     origin: Annotated[Vector3, "m", "point of the plane"] = (0.0, 0.0, 0.0)
     normal: Annotated[Vector3, "direction", "outward normal of the plane"] = (0.0, 0.0, 1.0)
@@ -54,6 +56,7 @@ class RoundedBox(Shape):
 
     convex = True
     meshed = False
+    has_signed_distance = True
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
     rounding: Annotated[float, "m in (0, inf)", "radius of the edges"]
@@ -83,6 +86,13 @@ class RoundedBox(Shape):
         a, b, c = (s - 2.0 * r for s in self.size)
         return a * b * c + 2.0 * (a * b + b * c + c * a) * r + math.pi * (a + b + c) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
+    def contains(self, point: Vector3) -> bool:
+        """Return whether the box contains a point, within 1e-9 of its size."""
+        r = self.rounding
+        sides = zip(point, self.origin, self.size, strict=True)
+        beyond = math.hypot(*(max(o + r - p, 0.0, p - (o + s - r)) for p, o, s in sides))  # the core
+        return beyond <= r + polygons.SAME * self.diagonal
+
     def surface(self, size: float = 0.0) -> Surface:
         """Return points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; `size` has no effect."""
         from softmark.solvers.mesh.shape_surfaces import triangulate_rounded_box
@@ -95,6 +105,7 @@ class RoundedRevolution(Shape):
 
     convex = True
     meshed = False
+    has_signed_distance = True
 
     length: float
     rounding: float
@@ -103,7 +114,10 @@ class RoundedRevolution(Shape):
 
     @property
     def core(self) -> Corners:
-        """Corners (r, z) of half of the core's axial section, counter-clockwise, m; z is measured from `origin`."""
+        """Corners (r, z) of half of the core's axial section, counter-clockwise, m; z is measured from `origin`.
+
+        They enclose an area: the core is not a point or a segment of the axis.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no core")
 
     @property
@@ -136,6 +150,13 @@ class RoundedRevolution(Shape):
         from softmark.solvers.mesh.shape_surfaces import triangulate_revolved
 
         return triangulate_revolved(np.array(self.outline(SIDES)), self.axis, self.origin)
+
+    def contains(self, point: Vector3) -> bool:
+        """Return whether the body contains a point, within 1e-9 of its size."""
+        off = [p - o for p, o in zip(point, self.origin, strict=True)]
+        z, *across = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        slack = self.rounding + polygons.SAME * self.diagonal
+        return polygons.contains_point(self.core, math.hypot(*across), z, slack)
 
     def outline(self, sides: int) -> Corners:
         """Return the corners (r, z) of half of the axial section, m, beginning on the axis; arcs have `sides` sides."""

@@ -198,6 +198,7 @@ class Shape:
     enclosed: ClassVar[bool] = False  # filled with tetrahedra by a mesher
     flat: ClassVar[bool] = False  # a plane region, for plane problems
     meshed: ClassVar[bool] = True  # can be meshed; other shapes are for rigid bodies only
+    has_mass_properties: ClassVar[bool] = False  # rigid bodies can move freely: solvers/contact/rigid_mass_properties
     wired: ClassVar[bool] = False  # a frame of axes, without cells
     gap: ClassVar[str] = "hollow"  # reason why the shape is not convex
 
@@ -209,6 +210,11 @@ class Shape:
     @property
     def convex(self) -> bool:
         """True if the shape is known to be convex."""
+        return False
+
+    @property
+    def has_signed_distance(self) -> bool:
+        """True if a rigid body of this shape can touch others: solvers/contact/signed_distance has its distance."""
         return False
 
     @property

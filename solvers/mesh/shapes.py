@@ -53,6 +53,8 @@ class Cylinder(RoundPrism):
     """
 
     convex = True
+    has_signed_distance = True
+    has_mass_properties = True
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     radius: Annotated[float, "m in (0, inf)", "radius of the cross-section"]
@@ -96,6 +98,8 @@ class Box(Prism):
     """A rectangular box with edges along x, y and z."""
 
     convex = True
+    has_signed_distance = True
+    has_mass_properties = True
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
     origin: Annotated[Vector3, "m", "corner with the lowest x, y and z"] = (0.0, 0.0, 0.0)
@@ -211,6 +215,8 @@ class MeshFile(Shape):
     """
 
     prebuilt = True
+    has_signed_distance = True
+    has_mass_properties = True
 
     path: Annotated[str, "file", "the file, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]

@@ -156,10 +156,16 @@ class Sphere(RoundBody):
     """
 
     convex = True
+    has_mass_properties = True
 
     radius: Annotated[float, "m in (0, inf)", "radius of the sphere"]
     origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
+
+    @property
+    def has_signed_distance(self) -> bool:
+        """True if it is whole: parts are bounded by planes of symmetry."""
+        return self.part == "whole"
 
     @property
     def outer_semiaxes(self) -> Vector3:
@@ -195,10 +201,17 @@ class SphericalShell(RoundBody):
     a coarse mesh of linear elements has less volume (the report gives the difference). The parts are those of `sphere`.
     """
 
+    has_mass_properties = True
+
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
     inner: Annotated[float, "m in (0, inf)", "inner radius"]
     origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
+
+    @property
+    def has_signed_distance(self) -> bool:
+        """True if it is whole: parts are bounded by planes of symmetry."""
+        return self.part == "whole"
 
     @property
     def fault(self) -> str:

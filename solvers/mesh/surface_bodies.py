@@ -23,6 +23,8 @@ class SurfaceBody(Shape):
     """The volume inside a closed surface, filled with tetrahedra that deviate from it by at most `tolerance` (m)."""
 
     enclosed = True
+    has_signed_distance = True
+    has_mass_properties = True
 
     if TYPE_CHECKING:
 

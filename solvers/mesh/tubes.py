@@ -86,6 +86,9 @@ class Tube(RoundPrism):
     section; their stated error includes the flattening of thin walls in bending (Brazier 1927).
     """
 
+    has_signed_distance = True
+    has_mass_properties = True
+
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
     inner: Annotated[float, "m in (0, inf)", "inner radius"]

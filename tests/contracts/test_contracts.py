@@ -179,6 +179,7 @@ def test_shapes(name: str, shaped: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("name", LOADS)
 def test_loads(name: str) -> None:
+    assert name in LOADED, "add an example of the load to interpreter/cli/conformance/trial_scenes.py:LOADED"
     check_load(LOADS[name], LOADED[name])
 
 

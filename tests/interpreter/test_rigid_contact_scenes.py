@@ -433,3 +433,19 @@ def test_a_sphere_on_a_cylinder_against_calculix(
     found = report.models["quads"].metrics["push"].states
     for one, right, rel in zip(found, table, within, strict=True):
         assert one == pytest.approx(right, rel=rel)
+
+
+@pytest.mark.parametrize("shape", ["cylinder(radius = 2 mm", "punch(radius = 2 mm, rounding = 0.5 mm"])
+def test_a_body_beside_an_inclined_one_does_not_overlap_it(shape: str) -> None:
+    """The bounding box of the tool contains a corner of the block, and the tool does not; its foot is 5 mm away."""
+    loads(f"""softmark 1
+scene "an inclined tool beside a block"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (20, 20, 10) mm), gel)
+body     tool  = rigid({shape}, length = 20 mm, origin = (25, 10, 8) mm, axis = (-1, 0, 1)))
+support  floor = fixed(block, where = z <= 0 mm)
+support  hand  = displaced(tool, by = (-1, 0, 0) mm)
+contact  touch = rigid_contact(tool, block)
+model    hexes = fem(hex8, size = 5 mm, strain = finite)
+metric   push  = force(touch, along = -z)
+""")

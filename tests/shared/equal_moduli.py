@@ -23,6 +23,7 @@ CHAINS = 1.0 + 3.0 / (5.0 * 2.8**2) + 99.0 / (175.0 * 2.8**4) + 513.0 / (875.0 *
 def made(name: str, young: Any, poisson: Any, density: Any = 1.0, **more: Any) -> Isotropic:
     """A material by its word, of a Young's modulus in Pa and a Poisson's ratio at rest, and a density in kg/m^3."""
     if name not in CONSTANTS:
+        assert "young" in MATERIALS[name].__dataclass_fields__, f"add the constants of `{name}` to CONSTANTS"
         return MATERIALS[name](young, poisson, density)
     constants: Any = CONSTANTS[name](young / (2.0 * (1.0 + poisson)))
     return MATERIALS[name](**constants, poisson=poisson, density=density, **more)

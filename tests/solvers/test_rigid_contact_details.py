@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.validation.contact_checks import DISTANT
 from softmark.interpreter.verification.contact_forces_check import DISTANCES, _shape_distance
 from softmark.solvers.contact.barrier_law import Barrier
 from softmark.solvers.contact.rigid_contact import node_areas
@@ -17,6 +16,8 @@ from softmark.solvers.independent_forces import rigid_contact_forces
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
+from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shapes import SHAPES as WORDS
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
 from softmark.solvers.mesh.tubes import Tube
@@ -103,5 +104,9 @@ def test_areas_of_nodes_are_those_of_linear_shape_functions(depth: float) -> Non
 
 
 def test_every_shape_with_a_gap_is_one_that_a_scene_may_have_and_that_is_found_again() -> None:
-    """Three tables: what solves, what a check of a scene knows without numerics, and what is found again."""
-    assert set(GAPS) == set(DISTANT) == set(DISTANCES)
+    """A shape knows it without numerics; one table solves, and another one finds the distance again."""
+    known = {cls for cls in WORDS.values() if cls.has_signed_distance is not Shape.has_signed_distance}
+    for table in (GAPS, DISTANCES):
+        assert {cls for cls in WORDS.values() if issubclass(cls, tuple(table))} == known
+    tried = {type(shape) for shape in SHAPES.values()}
+    assert {name for name, cls in WORDS.items() if not (cls.meshed or cls in tried)} == set(), "add them to SHAPES"

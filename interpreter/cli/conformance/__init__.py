@@ -4,6 +4,7 @@ The command `dsl conformance` tests them:
 
     word_contracts.py    documented, frozen, fields with ranges and meanings, the same repr in every process
     metric_contracts.py  finite or a reason, zero error of equal results, repeatable, JSON types
+    load_contracts.py    half of a load has half of its forces; which planes and axes it is symmetric about
     law_contracts.py     stress and stiffness are derivatives of the energy, zero at rest, invariant under rotation
     trial_scenes.py      a scene with the word is refused or solved, without an exception or a missing number
     plugin_contracts.py  all words of a plugin file

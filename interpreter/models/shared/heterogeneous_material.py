@@ -34,7 +34,7 @@ from softmark.interpreter.problem.heterogeneity_limits import is_allowed, out_of
 from softmark.interpreter.problem.representative_constants import profiles
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
-from softmark.solvers.elements import CELLS
+from softmark.solvers.elements import CELLS, finer_element
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.heterogeneous import average_moduli, map_arrays, with_constants
 from softmark.solvers.mesh.element_interpolation import IntegrationPoints, integrate_cells
@@ -165,7 +165,7 @@ def density_quadrature(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 def _rule(mesh: Mesh) -> Rule:
     """Return the quadrature rule of constants: the element's rule, or a finer one if that has one point."""
-    return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
+    return (finer_element(mesh.element) if mesh.element.constant else mesh.element).quadrature()
 
 
 def must_be_in_range(case: Case, mesh: Mesh) -> None:

@@ -11,7 +11,6 @@ from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
@@ -42,8 +41,6 @@ class BarSetup(TheorySetup):
         if case.parts:
             raise NotApplicable(f"the region `{case.parts[0].name}` has another material",
                           "use one material that varies: `young = ...`")  # fmt: skip
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         held = _held_end(case)
         root, axis = end_frame(shape, held)
         material = case.material

@@ -19,6 +19,8 @@ from softmark.solvers.mesh.tubes import Tube
 class CantileverSetup(TheorySetup):
     """Clamped straight beam under its own weight."""
 
+    admits_motion = True
+
     def problem_from(self, reference: Declared, case: Case) -> Cantilever:
         shape = case.shape
         if not isinstance(shape, Cylinder | Tube | Box):

@@ -15,7 +15,7 @@ from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
-from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.support_words import ByVector, Holding
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import Surroundings
@@ -120,8 +120,6 @@ class Face:
 
 def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
     """Return the only contact of a case, and the face below its rigid body. Raises NotApplicable."""
-    if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     if case.parts or hasattr(case.material, "passive"):
         raise NotApplicable(
             f"`{case.body.name}` does not consist of one passive material",

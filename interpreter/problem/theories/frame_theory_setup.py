@@ -11,7 +11,6 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.theories.tendon_theory_setup import section_stiffness
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
@@ -44,8 +43,6 @@ class FrameSetup(TheorySetup):
             raise NotApplicable(
                 f"`{case.body.name}` is not a network of beams", "use `network(...)`, or the theory of a single beam"
             )
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         for load in case.loads:
             if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
                 raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)

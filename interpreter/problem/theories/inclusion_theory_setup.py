@@ -11,7 +11,6 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.conforming_mesh import cuts_for
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.support_words import Symmetric
@@ -223,8 +222,6 @@ class InclusionSetup(TheorySetup):
     dimensions: Literal[2, 3] = 3
 
     def problem_from(self, reference: Declared, case: Case) -> BodyWithRoundCore:
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
             if not isinstance(material, LinearElastic):
                 raise NotApplicable(

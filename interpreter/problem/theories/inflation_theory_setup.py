@@ -15,7 +15,6 @@ from softmark.interpreter.problem.theories.inclusion_theory_setup import (
     inclusion_in_ball,
 )
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.references.rubber_inflation import BlownBall
 from softmark.references.straight_cantilever import NotApplicable
@@ -27,8 +26,6 @@ class InflationSetup(TheorySetup):
     """Inflation of a thick-walled rubber ball."""
 
     def problem_from(self, reference: Declared, case: Case) -> BlownBall:
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         if case.parts:
             raise NotApplicable(
                 f"`{case.body.name}` does not consist of one material", "use one material for the whole body"

@@ -16,7 +16,6 @@ from softmark.interpreter.problem.theories.contact_theory_setup import ContactSe
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -420,8 +419,6 @@ class PatchTestSetup(ContactSetup):
     """Contact patch test: blocks in line that touch or are glued."""
 
     def problem_from(self, reference: Declared, case: Case) -> Stack:
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         if case.planar == "plane_stress":
             raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
         piled = block_pile_of(case)

@@ -9,7 +9,6 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.theories.beam_theory_setup import clamped_end
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
@@ -35,8 +34,6 @@ class TendonRodSetup(TheorySetup):
             raise NotApplicable(
                 f"the region `{case.parts[0].name}` has another material", "use one material for the whole body"
             )
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         root, axis = clamped_end(case)
         frame = _frame(axis)
         tip = add_multiples(root, (shape.length, axis))

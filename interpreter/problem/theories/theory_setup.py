@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import RigidPlate
 from softmark.references.straight_cantilever import NotApplicable
 
@@ -25,13 +26,14 @@ DRY = "its body is not poroelastic", "use the material `biphasic(LAW, permeabili
 class TheorySetup:
     """Setup of a theory: the cases that it admits, the problem of a case, and the results of a solution.
 
-    By default it admits one elastic body without contact, rigid plates and elastic foundations, and gives no results
-    but displacements.
+    By default it admits one elastic body in a static analysis, without contact, rigid plates and elastic foundations,
+    and gives no results but displacements.
     """
 
     admits_rigid_contact: ClassVar[bool] = False
     admits_rigid_plates: ClassVar[bool] = False
-    admits_material_history: ClassVar[bool] = False
+    admits_material_history: ClassVar[bool] = False  # such a theory requires a quasistatic analysis itself
+    admits_motion: ClassVar[bool] = False  # a dynamic analysis
     is_poroelastic: ClassVar[bool] = False  # its body is poroelastic; other theories refuse such a body
     estimates_force_error: ClassVar[bool] = False
 
@@ -65,6 +67,8 @@ class TheorySetup:
             raise NotApplicable(*CLEAR)
         if case.has_material_history and not self.admits_material_history:
             raise NotApplicable("its body is viscoelastic", "compare with the elastic law, or with `prony(...)`")
+        if isinstance(case.analysis, Dynamic) and not (self.admits_motion or self.admits_material_history):
+            raise NotApplicable("the analysis is dynamic", "use a static analysis")
 
     def problem_from(self, reference: Declared, case: Case) -> Any:
         """Return the problem of a case, which `solve` of the reference takes.

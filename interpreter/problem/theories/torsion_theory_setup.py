@@ -10,7 +10,6 @@ from softmark.interpreter.problem.cross_section_coverage import end_frame, singl
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
-from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Fixed, Rotated
 from softmark.references.rubber_torsion import TwistedCylinder
 from softmark.references.straight_cantilever import NotApplicable
@@ -33,8 +32,6 @@ class TorsionSetup(TheorySetup):
         if case.parts:
             raise NotApplicable(f"`{name}` does not consist of one material", "use one material for the whole body")
         rubber = rubber_of(case)
-        if isinstance(case.analysis, Dynamic):
-            raise NotApplicable("the analysis is dynamic", "use a static analysis")
         for load in case.loads:
             raise NotApplicable(f"the load `{load.name}` acts as well", "remove all loads")
         held, turned = _held_end_and_rotation(case)

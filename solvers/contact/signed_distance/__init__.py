@@ -1,7 +1,6 @@
-"""Signed distances ("gaps") of points to rigid shapes. To add one: a class in a file here, and a line in GAPS.
+"""Signed distances ("gaps") of points to rigid shapes. To add one: a function in shape_distances.py, a line in GAPS.
 
-`gap_of(shape)` returns the signed distance to a shape of the scene language. A shape in the table may still have no
-signed distance, such as a sphere cut by planes of symmetry: a rigid body must be whole.
+A line also serves the classes derived from its class: a new `RoundedRevolution` needs none.
 """
 
 from __future__ import annotations
@@ -11,17 +10,16 @@ from typing import Any
 
 from softmark.solvers.contact.signed_distance import shape_distances
 from softmark.solvers.contact.signed_distance.distance_function import Gap
-from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
-from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
+from softmark.solvers.mesh.revolved_bodies import Revolution
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, RoundedBox, RoundedRevolution
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Tetrahedralized
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.mesh.tubes import Tube
 
-GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
+GAPS: dict[type[Shape], Callable[[Any], Gap]] = {
     HalfSpace: shape_distances.half_space,
     Sphere: shape_distances.sphere,
     SphericalShell: shape_distances.shell,
@@ -29,16 +27,11 @@ GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
     RoundedBox: shape_distances.rounded_box,
     Cylinder: shape_distances.cylinder,
     Tube: shape_distances.tube,
-    Cone: shape_distances.revolved_gap,
-    Revolved: shape_distances.revolved_gap,
-    Punch: shape_distances.rounded_gap,
-    RoundedCone: shape_distances.rounded_gap,
+    Revolution: shape_distances.revolved_gap,
+    RoundedRevolution: shape_distances.rounded_gap,
     Extruded: shape_distances.prism_gap,
-    Tetrahedralized: shape_distances.surface,
+    SurfaceBody: shape_distances.surface,
     MeshFile: shape_distances.surface,
-    Union: shape_distances.surface,
-    Difference: shape_distances.surface,
-    Intersection: shape_distances.surface,
 }
 
 
@@ -47,5 +40,6 @@ def gap_of(shape: Shape) -> Gap | None:
 
     Raises UnreadableMesh for a surface from a file that is not valid.
     """
-    make = GAPS.get(type(shape))
-    return None if make is None or shape.fault else make(shape)
+    if shape.fault or not shape.has_signed_distance:
+        return None
+    return next(make for cls, make in GAPS.items() if isinstance(shape, cls))(shape)

@@ -24,14 +24,14 @@ def half_space(shape: HalfSpace) -> Gap:
     return HalfSpaceGap(shape.origin, shape.normal)
 
 
-def sphere(shape: Sphere) -> Gap | None:
-    """Return the signed distance to a whole sphere, or None for a part of a sphere."""
-    return None if shape.halved_axis_count else BallGap(shape.radius, shape.origin)
+def sphere(shape: Sphere) -> Gap:
+    """Return the signed distance to a whole sphere."""
+    return BallGap(shape.radius, shape.origin)
 
 
-def shell(shape: SphericalShell) -> Gap | None:
-    """Return the signed distance to a whole spherical shell, or None for a part of one."""
-    return None if shape.halved_axis_count else BallGap(shape.radius, shape.origin, shape.inner)
+def shell(shape: SphericalShell) -> Gap:
+    """Return the signed distance to a whole spherical shell."""
+    return BallGap(shape.radius, shape.origin, shape.inner)
 
 
 def box(shape: Box) -> Gap:
