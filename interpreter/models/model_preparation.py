@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from operator import add
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -15,12 +16,27 @@ from softmark.pausing import collection_paused
 from softmark.solvers.runtime.work_count import counted
 
 
-def prepared_model(
-    declared: Declared, case: Case, workshop: BuildContext
-) -> tuple[Prepared, tuple[float, float, float]]:
-    """Return a model built for a case, and the wall, CPU and nominal CPU time, s, of building it. Raises Fault.
+@dataclass(frozen=True)
+class ComputingTimes:
+    """Times of several runs of the same work: wall and CPU time of each, s, and nominal CPU time of one, s.
 
-    The time of importing libraries is not included. Nominal time is that of `work_count`.
+    Nominal times are those of `solvers/runtime/work_count.py`.
+    """
+
+    wall: tuple[float, ...] = ()
+    cpu: tuple[float, ...] = ()
+    nominal: float = 0.0
+
+    def __add__(self, other: ComputingTimes) -> ComputingTimes:
+        """Return the times of two pieces of work that were both repeated equally often."""
+        wall, cpu = map(add, self.wall, other.wall), map(add, self.cpu, other.cpu)
+        return ComputingTimes(tuple(wall), tuple(cpu), self.nominal + other.nominal)
+
+
+def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Prepared, ComputingTimes]:
+    """Return a model built for a case, and the times of building it. Raises Fault.
+
+    The time of importing libraries is not included.
     """
     with collection_paused():
         model_builders.load(declared.thing)
@@ -29,7 +45,8 @@ def prepared_model(
     prepared = model_builders.build(declared, case, workshop)
     spent = time.perf_counter() - wall, time.process_time() - cpu
     # a mesh made for another model is charged to this model too
-    return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1], counted() - before)
+    wall, cpu = (a + b for a, b in zip(spent, workshop.borrowed, strict=True))
+    return prepared, ComputingTimes((wall,), (cpu,), counted() - before)
 
 
 def from_a_model(reference: Declared) -> bool:

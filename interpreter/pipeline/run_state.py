@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.models.model_preparation import ComputingTimes
     from softmark.interpreter.models.shared.prepared_model import Prepared
     from softmark.interpreter.pipeline.run_options import RunOptions
     from softmark.interpreter.planning.run_plan import Plan
@@ -38,7 +39,7 @@ class StateRun:
     state: float | None = None  # value of the state
     before: StateRun | None = None  # run of the state before
     meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)  # meshes that models share, in all states
-    prepared: dict[str, tuple[Prepared, float, float]] = field(default_factory=dict)  # with wall and CPU seconds
+    prepared: dict[str, tuple[Prepared, ComputingTimes]] = field(default_factory=dict)  # with the times of building it
     models: dict[str, ModelResult] = field(default_factory=dict)
     references: dict[str, ReferenceResult] = field(default_factory=dict)
     views: dict[str, View] = field(default_factory=dict)

@@ -229,7 +229,8 @@ def _build_in_state(
     workshop = BuildContext(meshes=meshes, scene=scene, measured=measured)
     prepared, spent = prepared_model(declared, case, workshop)
     mesh = [sum(s[i] for s in workshop.seconds.values()) for i in (0, 1)]
-    rest = [max(0.0, spent[i] - mesh[i] - measured.seconds[i]) for i in (0, 1)]
+    took = spent.wall[0], spent.cpu[0]
+    rest = [max(0.0, took[i] - mesh[i] - measured.seconds[i]) for i in (0, 1)]
     return prepared, {"mesh": mesh, "set-up": rest, "reading": list(measured.seconds)}
 
 
