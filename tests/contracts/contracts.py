@@ -50,7 +50,7 @@ from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.interpreter.vocabulary.loads.torque import MomentLoad
-from softmark.interpreter.vocabulary.support_words import Support
+from softmark.interpreter.vocabulary.supports.support import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 
