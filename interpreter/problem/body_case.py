@@ -16,7 +16,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic,
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.self_contact_words import SelfContact, Tied
-from softmark.interpreter.vocabulary.supports.plane_body_supports import InPlane, OnAxis
+from softmark.interpreter.vocabulary.supports.plane_constraint import PlaneConstraint
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
 
@@ -288,12 +288,12 @@ def plane_constraints(body: Declared) -> tuple[Declared, ...]:
     """Return the implied support that keeps a plane body in its plane; empty for a solid."""
     if not body.thing.planar:
         return ()
-    held = InPlane(body.name, EVERYWHERE)
+    held = PlaneConstraint(body.name, EVERYWHERE, (2,))
     plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
     if body.thing.planar != "axisymmetric" or _is_off_axis(body.thing.shape):
         return (plane,)
     on_axis = Condition.comparison("<=", Term.coordinate(0), Term.constant(0.0), 1)
-    axis = OnAxis(body.name, on_axis)
+    axis = PlaneConstraint(body.name, on_axis, (0,))
     return plane, Declared("support", f"the axis of {body.name}", body.constructor, axis, body.location)
 
 

@@ -4,12 +4,7 @@ A support is one file of this package and two lines at the table `SUPPORTS`. It 
 displacements, springs or pore pressure that it prescribes, a second formula for these, and what it requires of planes,
 axes and analyses. Models, checks and reports ask the support for these and name no kind of support; only models of
 networks, curved beams and single points, and references of one theory, list the kinds that they support, and refuse
-all others.
-
-`role` selects the base class. A constraint derives from `UniformSupport`, which every model supports, if its
-displacement is the same at all points, else from `DisplacementSupport`. Springs derive from
-`SpringSupport` (spring_support.py), and supports of the pore fluid from `Drain` (drained_surface.py). A class derived
-directly from `Support` is a constraint that only models which list it in `supports` accept.
+all others. A class derived directly from `Support` is supported only by models that list it.
 """
 
 from __future__ import annotations
