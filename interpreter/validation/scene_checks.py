@@ -119,7 +119,7 @@ def _check_supports_of_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic
         body = scene.declared.get(support.value("body") or "")
         if body is None or _has_error(support, found):
             continue
-        if fault := support.thing.body_fault(support.name, body.name, body.thing.shape.bounds):
+        if fault := support.thing.body_fault(support.name, body.name, body.thing.shape):
             code, (field, *texts) = fault
             yield diagnostic(code, support.at(field), *texts)
         if support.thing.mirror_plane is not None:

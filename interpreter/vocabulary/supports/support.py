@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.vocabulary.loads.load import Reason
-    from softmark.solvers.mesh.shape import Bounds
+    from softmark.solvers.mesh.shape import Shape
 
     Floats = NDArray[np.float64]
     Measured = Mapping[str, Any]  # tracked points of measurements, by name
@@ -138,10 +138,10 @@ class Support:
         through = np.array(X[0] if self.through is None else self.through)
         return move_points(X, np.array(self.displacement), np.array(self.rotation), through)
 
-    def body_fault(self, name: str, body: str, bounds: Bounds | None) -> tuple[str, Reason] | None:
+    def body_fault(self, name: str, body: str, shape: Shape) -> tuple[str, Reason] | None:
         """Return the code of the error and the reason if the support does not fit its body, or None.
 
-        `name` is the name of the support, `body` that of the body, and `bounds` are the corners of its bounding box, m.
+        `name` is the name of the support, `body` that of the body, and `shape` its shape, which may be a file.
         """
         return None
 

@@ -10,7 +10,7 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.vocabulary.loads.load import Reason
-    from softmark.solvers.mesh.shape import Bounds
+    from softmark.solvers.mesh.shape import Shape
 
 IN_PLANE = 1e-6  # relative to the body's extent: tolerance of points in a symmetry plane
 
@@ -53,13 +53,13 @@ class Symmetric(DisplacementSupport):
         """Direction in which displacements are zero: the normal of the plane."""
         return () if self.mirror_plane is None else (self.mirror_plane[0],)
 
-    def body_fault(self, name: str, body: str, bounds: Bounds | None) -> tuple[str, Reason] | None:
+    def body_fault(self, name: str, body: str, shape: Shape) -> tuple[str, Reason] | None:
         """Return the reason why the plane is not normal to x, y or z, or cuts the body, or None."""
         if self.mirror_plane is None:
             problem, label = f"`{name}` is not a plane of symmetry", "not a plane normal to x, y or z"
             help = "write one comparison of one coordinate, `where = x <= 0 mm`; rotate an oblique body"
             return "E582", ("where", problem, label, help)
-        if bounds is None:
+        if (bounds := shape.bounds) is None:
             return None
         axis, place = self.mirror_plane
         low, high = bounds[0][axis], bounds[1][axis]
