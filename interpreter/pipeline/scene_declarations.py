@@ -7,7 +7,6 @@ from softmark.interpreter.language.expectation_conditions import find_metrics
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.results.declarations import DeclaredName, DeclaredNames
 from softmark.interpreter.vocabulary.loads.body_force import Gravity
-from softmark.interpreter.vocabulary.support_words import Symmetric
 
 SUMS = ("N", "N*m", "J", "m^2", "m^3")  # quantities that are summed over the modelled part of a symmetric body
 PARTS = {1: "half", 2: "quarter", 3: "eighth"}  # by number of symmetry planes
@@ -45,7 +44,7 @@ def _covered_body_part(scene: Scene, metric: Declared) -> str:
     if not isinstance(thing, ForceMetric) or thing.measured_from is not None or thing.natural not in SUMS:
         return ""
     body, everyone = thing.body_in(scene), scene.of_kind("support").items()
-    planes = {n: d.thing.normal for n, d in everyone if isinstance(d.thing, Symmetric) and d.thing.body == body}
+    planes = {n: d.thing.mirror_plane for n, d in everyone if d.thing.is_symmetry_plane and d.thing.body == body}
     if not planes or thing.subject_name in planes:
         return ""
     ways = {normal[0] for normal in planes.values() if normal is not None}

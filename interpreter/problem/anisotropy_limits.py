@@ -13,7 +13,6 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.representative_constants import profiles
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.support_words import Symmetric
 
 if TYPE_CHECKING:
     import numpy as np
@@ -169,7 +168,7 @@ def _check_symmetry(case: Case) -> Diagnostic | None:
 
     Directions that vary are checked on a mesh later.
     """
-    if not any(isinstance(support.thing, Symmetric) for support in case.supports):
+    if not any(support.thing.is_symmetry_plane for support in case.supports):
         return None
     for material in {id(m): m for m in (case.material, *case.materials)}.values():
         if is_directed(material) and not material.thin and not _is_unknown_without_mesh(material):
@@ -237,8 +236,8 @@ def require_symmetric_fibers(case: Case, X: Floats) -> None:
     flat = X.reshape(-1, 3)
     some = flat[:: max(1, len(flat) // ASKED)]
     for support in case.supports:
-        if isinstance(support.thing, Symmetric) and support.thing.normal is not None:
-            axis, place = support.thing.normal
+        if (plane := support.thing.mirror_plane) is not None:
+            axis, place = plane
             odd = _first_asymmetric_point(case.material, some, axis, place)
             if odd is not None:
                 where = units.format_vector(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)

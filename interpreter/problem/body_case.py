@@ -16,7 +16,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic,
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.self_contact_words import SelfContact, Tied
-from softmark.interpreter.vocabulary.support_words import Drain, ElasticFoundationSupport, InPlane, OnAxis, RigidPlate
+from softmark.interpreter.vocabulary.supports.plane_constraint import PlaneConstraint
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
 
@@ -141,7 +141,7 @@ class Case:
     @property
     def named_supports(self) -> tuple[Declared, ...]:
         """Supports of the scene, without the implied constraint that keeps a plane body in its plane."""
-        return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
+        return tuple(s for s in self.supports if not s.thing.implied)
 
     @property
     def planar(self) -> str:
@@ -235,19 +235,17 @@ def _build_case(scene: Scene, body: str) -> Case:
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
         regions = []  # regions of the body's own material only name a selection
     acting, touching = scene.acting("support", body), scene.acting("contact", body)
-    beds = tuple(s for s in acting if isinstance(s.thing, ElasticFoundationSupport | RigidPlate))
-    drains = tuple(s for s in acting if isinstance(s.thing, Drain))
     return Case(
         body=scene.declared[body],
         supports=(
-            *(s for s in acting if not isinstance(s.thing, ElasticFoundationSupport | RigidPlate | Drain)),
+            *(s for s in acting if s.thing.role == "constraint"),
             *plane_constraints(scene.declared[body]),
         ),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
         parts=tuple(regions),
-        beds=beds,
-        drains=drains,
+        beds=tuple(s for s in acting if s.thing.role == "springs"),
+        drains=tuple(s for s in acting if s.thing.role == "drain"),
         contacts=tuple(
             _build_contact(scene, contact) for contact in touching if not isinstance(contact.thing, SelfContact | Tied)
         ),
@@ -282,7 +280,7 @@ def free_directions(scene: Scene, instrument: Declared, body: Declared) -> list[
     held = {2} if body.thing.planar else set[int]()
     held |= {0} if body.thing.planar == "axisymmetric" else set()
     for support in scene.acting("support", instrument.name):
-        held |= set(getattr(support.thing, "components", ()))
+        held |= set(support.thing.components)
     return [i for i in range(3) if i not in held]
 
 
@@ -290,12 +288,12 @@ def plane_constraints(body: Declared) -> tuple[Declared, ...]:
     """Return the implied support that keeps a plane body in its plane; empty for a solid."""
     if not body.thing.planar:
         return ()
-    held = InPlane(body.name, EVERYWHERE)
+    held = PlaneConstraint(body.name, EVERYWHERE, (2,))
     plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
     if body.thing.planar != "axisymmetric" or _is_off_axis(body.thing.shape):
         return (plane,)
     on_axis = Condition.comparison("<=", Term.coordinate(0), Term.constant(0.0), 1)
-    axis = OnAxis(body.name, on_axis)
+    axis = PlaneConstraint(body.name, on_axis, (0,))
     return plane, Declared("support", f"the axis of {body.name}", body.constructor, axis, body.location)
 
 

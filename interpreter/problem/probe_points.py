@@ -22,7 +22,7 @@ from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import DrawnSurface, ProbeResult
 from softmark.interpreter.vocabulary.probe_words import Markers, MeshNodes, Surface, Volume
-from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
@@ -356,7 +356,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     place = drawn_surface(case)
     if place.triangles is None:
         return None
-    held = [s.thing for s in case.named_supports if isinstance(s.thing, Holding) and not s.thing.moves]
+    held = [s.thing for s in case.named_supports if isinstance(s.thing, DisplacementSupport) and not s.thing.moves]
     wheres = [support.where for support in held]
     if not wheres:
         return None

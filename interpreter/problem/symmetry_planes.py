@@ -10,7 +10,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
+from softmark.interpreter.vocabulary.supports.symmetry_plane import IN_PLANE
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 
 if TYPE_CHECKING:
@@ -22,37 +22,10 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-IN_PLANE = 1e-6  # relative to the body's extent: tolerance of points in a symmetry plane
-
-
-def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnostic | None:
-    """Return the error of a symmetry support whose plane is not normal to x, y or z, or cuts the body, or None."""
-    thing, at = support.thing, support.at("where")
-    if thing.normal is None:
-        return diagnostic(
-            "E582",
-            at,
-            f"`{support.name}` is not a plane of symmetry",
-            "not a plane normal to x, y or z",
-            "write one comparison of one coordinate, `where = x <= 0 mm`; rotate an oblique body",
-        )
-    axis, place = thing.normal
-    if bounds is None:
-        return None
-    low, high = bounds[0][axis], bounds[1][axis]
-    near = IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True))
-    if min(abs(place - low), abs(place - high)) <= near or not low < place < high:
-        return None  # empty selections are reported elsewhere
-    return diagnostic("E582", at,
-                      f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
-                      f"it spans {units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)}",
-                      "model only the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
-
 
 def asymmetric_load_error(support: Declared, load: Declared) -> Diagnostic | None:
     """Return the error of a load that is not symmetric about the symmetry plane `support`, or None."""
-    normal = support.thing.normal
-    if normal is None or (reason := load.thing.action.mirror_fault(*normal, support.name)) is None:
+    if (reason := load.thing.action.mirror_fault(*support.thing.mirror_plane, support.name)) is None:
         return None
     field, problem, label, help = reason
     return diagnostic("E582", load.at(field), f"`{load.name}` {problem}", label, help)
@@ -65,11 +38,11 @@ def rigid_body_motion_error(support: Declared, rigid: Declared, way: Declared) -
     rotation. Rigid bodies from files and filled surfaces are not checked.
     """
     shape = rigid.thing.shape
-    if support.thing.normal is None or not isinstance(way.thing, Displaced | Rotated) or shape.fault:
+    if support.thing.mirror_plane is None or not way.thing.on_rigid_bodies or shape.fault:
         return None
     if shape.prebuilt or shape.enclosed:
         return None  # its file is only read when needed
-    across, at = support.thing.normal
+    across, at = support.thing.mirror_plane
     bounds = shape.bounds
     if bounds is not None:
         slack = IN_PLANE * shape.diagonal
@@ -77,12 +50,10 @@ def rigid_body_motion_error(support: Declared, rigid: Declared, way: Declared) -
             return None  # its mirror image comes from the other side
     elif not isinstance(shape, HalfSpace) or shape.normal[across]:
         return None
-    if isinstance(way.thing, Displaced):
-        does = "moves" if way.thing.imposed[across] else ""
-    else:
-        does = "rotates" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
-    if not does:
+    tilts = any(c for i, c in enumerate(way.thing.rotation) if i != across)
+    if not (way.thing.imposed[across] or tilts):
         return None
+    does = "rotates" if tilts else "moves"
     return diagnostic("E582", way.at(), f"`{way.name}` {does} `{rigid.name}` across the plane of symmetry"
                       f" `{support.name}`, which cuts the rigid body", "its mirror image moves the other way",
                       f"model the whole body: motion along {'xyz'[across]} is not symmetric")  # fmt: skip
@@ -90,9 +61,10 @@ def rigid_body_motion_error(support: Declared, rigid: Declared, way: Declared) -
 
 def initial_motion_error(support: Declared, analysis: Declared) -> Diagnostic | None:
     """Return the error of an initial velocity normal to a symmetry plane, or of a spin about an axis in it, or None."""
-    if support.thing.normal is None or not isinstance(analysis.thing, Dynamic):
+    if not isinstance(analysis.thing, Dynamic):
         return None
-    across, way = support.thing.normal[0], "xyz"[support.thing.normal[0]]
+    across = support.thing.mirror_plane[0]
+    way = "xyz"[across]
     if analysis.thing.velocity[across]:
         return diagnostic("E582", analysis.at("velocity"),
                           f"the initial velocity of `{analysis.name}` crosses the plane of symmetry `{support.name}`",
@@ -112,10 +84,9 @@ def point_force_warning(support: Declared, load: Declared, bounds: Bounds | None
 
     The normal component of such a force vanishes, and its other components count half.
     """
-    normal, action = support.thing.normal, load.thing.action
-    if normal is None or bounds is None or not action.points:
+    (axis, place), action = support.thing.mirror_plane, load.thing.action
+    if bounds is None or not action.points:
         return None
-    axis, place = normal
     near = IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True))
     if any(abs(at[axis] - place) > near for _, at in action.points):
         return None
@@ -143,9 +114,9 @@ def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Float
     surface of the full body.
     """
     for support in case.supports:
-        if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
+        if (plane := support.thing.mirror_plane) is None or not len(X):
             continue
-        axis, place = support.thing.normal
+        axis, place = plane
         if bool((abs(X[..., axis] - place).max(axis=1) <= _tolerance(points)).any()):
             raise Fault(diagnostic("E582", acting.at("where"),
                                    f"`{acting.name}` acts on the plane of symmetry `{support.name}`",
@@ -177,9 +148,9 @@ def refuse_moment_at_plane(case: Case, load: Declared, X: Floats, points: Floats
     plane transmits a force in each half, and no moment about the centre of the half.
     """
     for support in case.supports:
-        if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+        if (plane := support.thing.mirror_plane) is None:
             continue
-        axis, place = support.thing.normal
+        axis, place = plane
         if bool((abs(X[..., axis] - place) <= _tolerance(points)).any()):
             raise Fault(diagnostic("E582", load.at("where"),
                                    f"`{load.name}` twists a face that the plane of symmetry `{support.name}` cuts in "
@@ -193,10 +164,10 @@ def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) ->
 
     The mesh must lie on one side of the plane.
     """
-    if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+    if (plane := support.thing.mirror_plane) is None:
         return
     points, X = mesh.points, mesh.points[nodes]
-    axis, place = support.thing.normal
+    axis, place = plane
     near, beyond = _tolerance(points), points[:, axis] - place
     both = float(beyond.min()) < -near and float(beyond.max()) > near
     if both or float(abs(X[:, axis] - place).max()) > near:

@@ -18,7 +18,7 @@ from softmark.interpreter.validation.initial_overlap import check_initial_overla
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.loads.torque import Torque
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Rotated, Symmetric
+from softmark.interpreter.vocabulary.supports.support import Support
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape, Vector3
@@ -119,7 +119,7 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 def _check_symmetry(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """Check that symmetry planes of the deformable body are also symmetry planes of the rigid body's motion."""
-    mirrors = [s for s in scene.acting("support", contact.thing.body) if isinstance(s.thing, Symmetric)]
+    mirrors = [s for s in scene.acting("support", contact.thing.body) if s.thing.is_symmetry_plane]
     for mirror, way in product(mirrors, scene.acting("support", contact.thing.rigid)):
         if (fault := rigid_body_motion_error(mirror, scene.declared[contact.thing.rigid], way)) is not None:
             yield fault
@@ -194,7 +194,7 @@ def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnost
             yield diagnostic("E655", declared.at("body"), f"`{declared.name}` needs a deformable body, but "
                                                           f"`{body.name}` is rigid",
                              f"unsupported {declared.kind} of a rigid body", help)  # fmt: skip
-        elif not isinstance(thing, Fixed | Displaced | Rotated):
+        elif not thing.on_rigid_bodies:
             yield diagnostic("E655", declared.at(), f"`{declared.name}` is not a support for rigid bodies such as "
                                                     f"`{body.name}`", "not for rigid bodies", MOVED)  # fmt: skip
         elif thing.where is not EVERYWHERE:
@@ -213,9 +213,9 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
     """Check that supports of a rigid body are compatible: at most one rotation, and no motion of fixed components."""
     before: list[Declared] = []
     for support in scene.acting("support", body.name):
-        if not isinstance(support.thing, Fixed | Displaced | Rotated):
+        if not support.thing.on_rigid_bodies:
             continue  # refused elsewhere
-        if isinstance(support.thing, Rotated) and len(support.thing.components) < 3:
+        if support.thing.prescribes_rotation and len(support.thing.components) < 3:
             problem = f"`{support.name}` rotates the rigid body `{body.name}` in some components only"
             label, help = "a rigid body rotates as a whole", "remove `components`"
             yield diagnostic("E657", support.at("components"), problem, label, help)
@@ -231,12 +231,12 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         before.append(support)
 
 
-def _find_conflict(one: Fixed | Displaced | Rotated, other: Fixed | Displaced | Rotated) -> str | None:
+def _find_conflict(one: Support, other: Support) -> str | None:
     """Return the conflict of two supports of a rigid body as a word, or None; displacements may be combined."""
-    turns = [isinstance(support, Rotated) for support in (one, other)]
-    if all(turns):
+    if one.prescribes_rotation and other.prescribes_rotation:
         return "rotate"
-    still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
-    if not isinstance(still, Fixed) or isinstance(moving, Fixed):
+    still, moving = (other, one) if one.moves else (one, other)
+    if still.moves or not moving.moves:
         return None
-    return "prescribe the motion of" if any(turns) or any(moving.imposed[i] for i in still.components) else None
+    conflicting = moving.prescribes_rotation or any(moving.imposed[i] for i in still.components)
+    return "prescribe the motion of" if conflicting else None

@@ -11,7 +11,6 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rig
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.problem.body_case import describe_extent, porous
-from softmark.interpreter.vocabulary.support_words import Drain
 
 REMEDY = "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
@@ -25,7 +24,7 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
     for metric in scene.of_kind("metric").values():
         thing: Any = metric.thing
         support = scene.declared.get(metric.value("of") or "")
-        drain = support is not None and support.kind == "support" and isinstance(support.thing, Drain)
+        drain = support is not None and support.kind == "support" and support.thing.role == "drain"
         if isinstance(thing, Outflow) and not drain:
             yield diagnostic(
                 "E228",

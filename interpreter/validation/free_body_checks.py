@@ -14,7 +14,6 @@ from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce, Gravity
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.loads.torque import Torque
-from softmark.interpreter.vocabulary.support_words import Rotated, Symmetric
 
 Reason = tuple[Any, str, str, str]  # place, what, label, help
 
@@ -121,7 +120,7 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "leave it out; in a dynamic analysis the body rotates",
             )
     for support in scene.acting("support", name):
-        if isinstance(support.thing, Rotated):
+        if support.thing.prescribes_rotation:
             yield (
                 support.at(),
                 f"`{support.name}` rotates `{name}`, which is driven by loads",
@@ -226,7 +225,7 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "more than one body",
                 "make them one body: `disjoint(...)`",
             )
-    for support in (s for s in case.supports if isinstance(s.thing, Symmetric)):
+    for support in (s for s in case.supports if s.thing.is_symmetry_plane):
         yield (
             support.at(),
             (

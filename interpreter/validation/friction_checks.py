@@ -13,7 +13,6 @@ from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.metrics.slip import FrictionMetric
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
-from softmark.interpreter.vocabulary.support_words import Rotated
 from softmark.references.measured_data import Unreadable
 
 STEP = math.radians(15.0)  # largest rotation per state: slip follows its sine, which is 1.1 % less
@@ -43,7 +42,7 @@ def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
     """
     bodies = {c.thing.rigid: c for c in _frictional_contacts(scene) if isinstance(c.thing, RigidContactPair)}
     for body, contact in bodies.items():
-        for support in (s for s in scene.acting("support", body) if isinstance(s.thing, Rotated)):
+        for support in (s for s in scene.acting("support", body) if s.thing.prescribes_rotation):
             most = _largest_rotation(scene, support)
             if most > STEP * (1.0 + NEAR):
                 yield diagnostic(
@@ -60,10 +59,10 @@ def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
 def _largest_rotation(scene: Scene, support: Declared) -> float:
     """Return the largest rotation of a support, rad, between two states or from rest to the first state."""
     try:
-        each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
+        each = [in_state(scene, i).declared[support.name].thing.rotation for i in range(len(states_of(scene)))]
     except Unreadable:  # an unreadable table is reported elsewhere
         return 0.0
-    return max(abs(b - a) for a, b in pairwise([0.0, *(each or [float(support.thing.angle)])]))
+    return max(math.dist(a, b) for a, b in pairwise([(0.0, 0.0, 0.0), *(each or [support.thing.rotation])]))
 
 
 def _frictional_contacts(scene: Scene) -> list[Declared]:

@@ -5,7 +5,6 @@ Everything without formulas for plane bodies is refused here.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -32,7 +31,6 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.load import Reason
 from softmark.interpreter.vocabulary.probe_words import Line, Point
-from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.elements.plane import PLANE
 from softmark.solvers.mesh.plane_regions import NEAR
 from softmark.solvers.mesh.shape import Shape
@@ -124,11 +122,10 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
     around = body.thing.planar == "axisymmetric"
     for support in scene.acting("support", rigid):
         thing = support.thing
-        if not isinstance(thing, Displaced | Rotated):
-            continue  # refused elsewhere, or without motion
-        x, _, z = thing.imposed if isinstance(thing, Displaced) else (0.0, 0.0, 0.0)
-        turns = thing.rotation if isinstance(thing, Rotated) else (0.0, 0.0, 0.0)
-        if around and (x or z or any(turns)):
+        if not thing.on_rigid_bodies:
+            continue  # refused elsewhere
+        x, _, z = thing.imposed
+        if around and (x or z or thing.rotates):
             yield diagnostic(
                 "E323",
                 support.at(),
@@ -136,7 +133,7 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
                 "not along y",
                 "move it along y only; use a `solid` for shear and torsion",
             )
-        elif not around and (z or any(turns[:2])):
+        elif not around and (z or any(thing.rotation[:2])):
             yield diagnostic(
                 "E544",
                 support.at(),
@@ -149,30 +146,9 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
 def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     """Yield errors of gravity across the axis of revolution, symmetry planes not normal to it, and rotated parts."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
-    thing, own = declared.thing, declared.value("body")
-    if isinstance(thing, Symmetric):
-        if thing.body in turned and thing.normal is not None and thing.normal[0] == 0 and thing.normal[1] != 0.0:
-            yield diagnostic(
-                "E323",
-                declared.at("where"),
-                f"`{declared.name}` is not a plane of symmetry of "
-                f"`{thing.body}`, a body of revolution about the y axis",
-                "a cylinder around the axis",
-                "use a plane normal to y; to prevent radial growth write `fixed(..., components = x)`",
-            )
-    elif isinstance(thing, Rotated) and thing.body in turned:
-        yield diagnostic(
-            "E323",
-            declared.at(),
-            f"`{declared.name}` rotates a part of `{thing.body}`, a body of revolution",
-            "not axisymmetric",
-            "use a `solid`: the rings of a body of revolution do not tilt",
-        )
-    elif (
-        declared.kind == "load"
-        and (own in turned or (own is None and turned))
-        and (reason := thing.action.axial_fault(own or turned[0])) is not None
-    ):
+    own = declared.value("body") or (turned[0] if turned and declared.kind == "load" else None)
+    acting = declared.thing.action if declared.kind == "load" else declared.thing
+    if own in turned and (reason := acting.axial_fault(own)) is not None:
         field, problem, label, help = reason
         yield diagnostic("E323", declared.at(field), f"`{declared.name}` {problem}", label, help)
 
@@ -198,18 +174,8 @@ def _out_of_plane_motions(analysis: Any, alone: bool) -> Iterator[str]:
 def _out_of_plane(declared: Declared, revolved: bool) -> Reason | None:
     """Return the reason why a load or a support of a plane body is refused, or None."""
     thing = declared.thing
-    if declared.kind == "load":
-        fault: Reason | None = thing.action.plane_fault(revolved)
-        return fault
-    turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
-    if not turned and not (2 in thing.components and float(thing.displacement[2])):
-        return None
-    return (
-        "",
-        "moves a plane body out of its plane",
-        "it has a component along z",
-        "remove the z component: the body lies in the x-y plane",
-    )
+    fault: Reason | None = thing.action.plane_fault(revolved) if declared.kind == "load" else thing.plane_fault()
+    return fault
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:

@@ -32,7 +32,6 @@ from softmark.interpreter.validation.reference_checks import check_comparisons
 from softmark.interpreter.validation.refinement_checks import check_refinements as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.probe_words import MeshNodes
-from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.published_values import GivenValues
 
@@ -114,20 +113,22 @@ def _check_plane_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from plane_body_checks.check_actions(scene)
 
 
-def _check_symmetry_planes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that symmetry supports select a plane, and that the body lies on one side of it."""
+def _check_supports_of_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Check that supports fit their bodies, and that the loads and motions of half models are symmetric."""
     for support in scene.of_kind("support").values():
         body = scene.declared.get(support.value("body") or "")
-        if isinstance(support.thing, Symmetric) and body is not None and not _has_error(support, found):
-            fault = symmetry_planes.plane_fault(support, body.name, body.thing.shape.bounds)
-            if fault is not None:
-                yield fault
+        if body is None or _has_error(support, found):
+            continue
+        if fault := support.thing.body_fault(support.name, body.name, body.thing.shape):
+            code, (field, *texts) = fault
+            yield diagnostic(code, support.at(field), *texts)
+        if support.thing.mirror_plane is not None:
             for analysis in scene.of_kind("analysis").values():
-                if (fault := symmetry_planes.initial_motion_error(support, analysis)) is not None:
-                    yield fault
+                if (error := symmetry_planes.initial_motion_error(support, analysis)) is not None:
+                    yield error
             for load in scene.acting("load", body.name):
-                if (fault := symmetry_planes.asymmetric_load_error(support, load)) is not None:
-                    yield fault
+                if (error := symmetry_planes.asymmetric_load_error(support, load)) is not None:
+                    yield error
                 if (doubt := symmetry_planes.point_force_warning(support, load, body.thing.shape.bounds)) is not None:
                     yield doubt
 
@@ -392,7 +393,7 @@ def _check_amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for support in scene.of_kind("support").values():
         if not analyses or not isinstance(analyses[0].thing, Dynamic):
             continue
-        if not support.thing.moves or support.thing.tracked is not None:
+        if not support.thing.follows_amplitude:
             continue
         first = moved.setdefault(support.thing.body, support)
         if first.thing.amplitude != support.thing.amplitude:
@@ -472,7 +473,7 @@ def _check_unused_declarations(scene: Scene, found: Found) -> Iterator[Diagnosti
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (
-    _check_single_analysis, _check_shapes, _check_contacts, _check_plane_bodies, _check_symmetry_planes,
+    _check_single_analysis, _check_shapes, _check_contacts, _check_plane_bodies, _check_supports_of_bodies,
     _check_selections, _check_points_inside, _check_mesh_node_probes, _check_values,
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (

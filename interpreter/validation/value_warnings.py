@@ -21,7 +21,6 @@ from softmark.interpreter.planning.run_plan import find_needed
 from softmark.interpreter.vocabulary.amplitude_words import PerState
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.support_words import ElasticFoundationSupport, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a very soft gel, and stiffer than diamond
@@ -115,7 +114,7 @@ def _warn_of_idle_dashpots(scene: Scene) -> Iterator[Diagnostic]:
     if analysis is not None and isinstance(analysis.thing, Dynamic):
         return
     for bed in scene.of_kind("support").values():
-        if isinstance(bed.thing, ElasticFoundationSupport) and bed.thing.damping:
+        if bed.thing.damping:
             where = f"in `{analysis.name}`" if analysis else "in a static analysis"
             problem = f"the dashpots of `{bed.name}` have no effect {where}"
             help = "declare `dynamic(...)`, or remove the damping: dashpots act on velocities"
@@ -158,7 +157,7 @@ def _warn_of_static_amplitudes(scene: Scene) -> Iterator[Diagnostic]:
 
 def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
     """Warn that a half model has only symmetric modes, so that another mode may have the lowest frequency."""
-    mirrors = [s for s in scene.of_kind("support").values() if isinstance(s.thing, Symmetric)]
+    mirrors = [s for s in scene.of_kind("support").values() if s.thing.is_symmetry_plane]
     for metric in scene.of_kind("metric").values():
         own = [s.name for s in mirrors if isinstance(metric.thing, Frequency) and s.thing.body == metric.thing.body]
         if own:

@@ -89,7 +89,7 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
     if case.beds or case.pairs:
         return False
     axes = {axis for axis, part in enumerate(metric.along) if part}
-    holding = {s.name for s in case.supports if axes & set(getattr(s.thing, "components", (0, 1, 2)))}
+    holding = {s.name for s in case.supports if axes & set(s.thing.components)}
     dead = all(load.thing.action.dead for load in case.loads)
     return dead and not (holding | {touch.name for touch in case.contacts}) - {metric.of}
 

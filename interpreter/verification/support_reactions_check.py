@@ -16,7 +16,6 @@ from softmark.interpreter.problem.mesh_group_conditions import (
     split_by_groups,
 )
 from softmark.interpreter.verification.cell_materials_check import INWARD
-from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 
 Floats = NDArray[np.float64]
 PLACED = 1e-6  # relative to the motion that a support imposes: what may be lacking of it, in single precision too
@@ -55,18 +54,14 @@ def held_components(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
 def support_deviation(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
     """Return the largest deviation from prescribed motion, relative to the body's size, and the name of its support.
 
-    The prescribed motion is computed again, as a vector or by quaternions for a rotation. Supports that follow measured
-    points are left out. The name is None if rounding explains the deviation.
+    The prescribed motion is computed by the second formula of each support; supports without one are left out. The
+    name is None if rounding explains the deviation.
     """
     u, worst, name = np.asarray(mesh.displacement, dtype=np.float64), 0.0, None
     X = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
     for support in case.supports:
-        thing = support.thing
-        if thing.tracked is not None:
+        if (asked := support.thing.independent_positions(X)) is None:
             continue
-        asked = move_points(
-            X, np.array(thing.displacement), np.array(thing.rotation), np.array(getattr(thing, "through", X[0]))
-        )
         own = held_components(replace(case, supports=(support,)), mesh)
         size = mesh.mesh.extent + float(np.abs(asked - X).max(initial=0.0))
         off = float(np.abs((u - (asked - X))[own]).max(initial=0.0)) / size
@@ -85,6 +80,6 @@ def rigid_motion(touch: RigidBodyContact) -> tuple[Floats, Floats, Floats]:
     for support in (moved.thing for moved in touch.moved):
         for c in support.components:
             shift[c] += support.displacement[c]
-        if support.turns:
+        if support.rotates:
             rotation, through = np.array(support.rotation), np.array(support.through)
     return shift, rotation, through

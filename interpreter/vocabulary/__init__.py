@@ -25,18 +25,16 @@ from softmark.interpreter.vocabulary.published_words import Column
 from softmark.interpreter.vocabulary.region_words import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.self_contact_words import SelfContact, Tied
 from softmark.interpreter.vocabulary.study_words import Convergence, Pareto, RobustnessStudy, Sweep
-from softmark.interpreter.vocabulary.support_words import (
-    Displaced,
-    Drained,
-    ElasticFoundationSupport,
-    Fixed,
-    MeasuredMotion,
-    Pinned,
-    PorePressure,
-    RigidPlate,
-    Rotated,
-    Symmetric,
-)
+from softmark.interpreter.vocabulary.supports.displaced_part import Displaced
+from softmark.interpreter.vocabulary.supports.drained_surface import Drained
+from softmark.interpreter.vocabulary.supports.fixed_part import Fixed
+from softmark.interpreter.vocabulary.supports.foundation_support import ElasticFoundationSupport
+from softmark.interpreter.vocabulary.supports.measured_motion import MeasuredMotion
+from softmark.interpreter.vocabulary.supports.pinned_points import Pinned
+from softmark.interpreter.vocabulary.supports.pore_pressure_support import PorePressure
+from softmark.interpreter.vocabulary.supports.rigid_plate import RigidPlate
+from softmark.interpreter.vocabulary.supports.rotated_part import Rotated
+from softmark.interpreter.vocabulary.supports.symmetry_plane import Symmetric
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,

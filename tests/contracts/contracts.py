@@ -44,7 +44,7 @@ from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads.load import Action, Load
-from softmark.interpreter.vocabulary.support_words import Support
+from softmark.interpreter.vocabulary.supports.support import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 

@@ -20,7 +20,7 @@ import softmark
 import softmark.solvers
 from softmark.interpreter.models.fem import poroelastic_analysis
 from softmark.interpreter.vocabulary import CONTACTS
-from softmark.interpreter.vocabulary.support_words import PorePressure
+from softmark.interpreter.vocabulary.supports.pore_pressure_support import PorePressure
 from softmark.solvers.contact import rigid_friction
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.materials.biphasic import Biphasic

@@ -162,12 +162,12 @@ metric tone = frequency(block, mode = 1)
 
 def test_the_watchdog_finds_a_bed_that_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tractions a thousandth larger are seen: forces of the answer do not balance with them."""
-    right = foundation_forces._spring_forces
+    right = foundation_forces.IndependentSurfaceSprings._spring_forces
 
     def wrong(*args: Any) -> Any:
         return 1.001 * right(*args)
 
-    monkeypatch.setattr(foundation_forces, "_spring_forces", wrong)
+    monkeypatch.setattr(foundation_forces.IndependentSurfaceSprings, "_spring_forces", wrong)
     report = softmark.loads(HEAD.format(nu=0, young="100 MPa") + WHOLE + PUSH + SEEN + SMALL).run()
     assert report.models["m"].status == "failed"
 

@@ -80,13 +80,13 @@ def test_a_plate_stays_level_at_finite_strain() -> None:
 
 
 def test_the_watchdog_finds_a_plate_whose_springs_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = foundation_setup._plane_keeping_springs
+    right = foundation_setup.SurfaceSprings.plane_keeping_springs
 
     def wrong(*given):
         own = right(*given)
         return type(own)(own.facets, 1.01 * own.K, along=own.along)
 
-    monkeypatch.setattr(foundation_setup, "_plane_keeping_springs", wrong)
+    monkeypatch.setattr(foundation_setup.SurfaceSprings, "plane_keeping_springs", wrong)
     own = softmark.loads("softmark 1\n" + block()).run().models["cells"]
     assert own.status == "failed"
     assert "independent formulas" in own.message

@@ -167,8 +167,8 @@ class Beam6Dof(Model):
         cover = coverages(support.thing.where, case.prism, self.stations(case))
         straight = isinstance(case.prism, Prism)
         oblique = len(support.thing.components) < 3 and not (straight and _is_axis_aligned(case.prism.axis))
-        if support.thing.tracked is not None:
-            return "follows tracked points, which do not move a section rigidly", WHOLE_SECTIONS
+        if why := support.thing.nonrigid_reason:
+            return why, WHOLE_SECTIONS
         if "some" in cover | between:
             return "selects only part of a cross-section", WHOLE_SECTIONS
         if cover == {"none"}:
@@ -176,7 +176,7 @@ class Beam6Dof(Model):
         if oblique:
             kind = "an oblique" if straight else "a curved"
             return f"constrains only some components of {kind} beam", ALL_DIRECTIONS
-        if support.thing.turns and _rotates_about_free_axis(case, support):
+        if support.thing.rotates and _rotates_about_free_axis(case, support):
             return "rotates sections about an axis that its components leave free", ALL_DIRECTIONS
         return None
 

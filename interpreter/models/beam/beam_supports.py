@@ -70,7 +70,7 @@ def _support_constraints(case: Case, stations: Sequence[float], share: float) ->
         for node in np.flatnonzero(selects_whole_sections(support.thing.where, case.prism, tuple(stations))).tolist():
             held.rows.append(rigid_motion_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
-            moved = support.thing.moved(points[node : node + 1], share)[0].tolist()
+            moved = support.thing.prescribed_displacements(points[node : node + 1], share)[0].tolist()
             for c in components:
                 held.impose(6 * node + c, moved[c], support, points[node], AXES[c])
             for turn in _rotations_about_rod_axes(case.prism.axis, turns):

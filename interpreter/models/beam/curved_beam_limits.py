@@ -10,7 +10,7 @@ from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.loads.torque import MomentLoad
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed
+from softmark.interpreter.vocabulary.supports.support import UniformSupport
 from softmark.solvers.mesh.shape import Prism
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
         if not isinstance(load.thing.action, BodyForce | SurfaceTraction | PointLoad | MomentLoad):
             found.append(_straight_beam_error(declared, load, f"cannot represent the load `{load.name}`"))
     for support in case.supports:
-        if type(support.thing) not in (Fixed, Displaced):
+        if not isinstance(support.thing, UniformSupport):
             found.append(_straight_beam_error(declared, support, f"cannot represent the support `{support.name}`"))
     return found
 

@@ -17,7 +17,8 @@ from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.torque import MomentLoad
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
+from softmark.interpreter.vocabulary.supports.pinned_points import Pinned
+from softmark.interpreter.vocabulary.supports.support import Support, UniformSupport
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import cross
 
@@ -51,7 +52,7 @@ class Frame6Dof(Model):
     """
 
     loads = (BodyForce, PointLoad, LineForce, MomentLoad)
-    supports = (Fixed, Displaced, Pinned)
+    supports = (UniformSupport, Pinned)
     capabilities = supported(NETWORKS) | {PERTURBED_STARTS: NETWORK_STARTS}
     moves_by_sections = True
     resolution_fields = ("segments",)
@@ -133,7 +134,7 @@ def _count_selected_points(network: Network, where: object) -> int:
 def _unsupported_support_errors(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
     """Yield errors for supports that hold no points, or only a part of a member."""
     for support in case.supports:
-        if not isinstance(support.thing, (Fixed, Displaced, Pinned)):
+        if not isinstance(support.thing, declared.thing.supports):
             continue
         points, _, part = frame_selection.select_points_and_members(support.thing.where, network)
         field, reason = "where", ""
@@ -142,7 +143,7 @@ def _unsupported_support_errors(declared: Declared, case: Case, network: Network
             reason = f"selects only part of the member from point {a} to point {b}"
         elif not points:
             reason = "selects no end point of a member"
-        elif not isinstance(support.thing, Pinned) and len(support.thing.components) < 3:
+        elif support.thing.clamps and len(support.thing.components) < 3:
             field, reason = "components", "cannot hold single components"
         if reason:
             yield diagnostic("E343", support.at(field), f"`{declared.name}` cannot represent the support "
@@ -157,8 +158,8 @@ def plainly_held(case: Case, network: Network) -> bool:
     If False, only a computation with arrays can decide. One clamp holds a network. A hinge about an axis also does,
     together with another support that prevents rotation about that axis.
     """
-    moving = [support for support in case.supports if any(support.thing.displacement)]
-    clamps = [support for support in case.supports if not isinstance(support.thing, Pinned)]
+    moving = [support for support in case.supports if support.thing.displaces]
+    clamps = [support for support in case.supports if support.thing.clamps]
     points = {s.name: set(frame_selection.select_points_and_members(s.thing.where, network)[0]) for s in case.supports}
     shared = any(
         points[s.name] & points[o.name] and set(s.thing.components) & set(o.thing.components)
@@ -172,11 +173,12 @@ def plainly_held(case: Case, network: Network) -> bool:
     )  # fmt: skip
 
 
-def _prevents_hinge_rotation(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
+def _prevents_hinge_rotation(one: Support, two: Support, here: Vector3, there: Vector3) -> bool:
     """Return whether support `two`, at the point `there`, prevents hinge `one`, at the point `here`, from rotating."""
-    if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
+    axis = one.hinge_axis
+    if axis is None or len(one.components) < 3 or two.hinge_axis not in (None, axis):
         return False
-    way = cross(one.axis, tuple(b - a for a, b in zip(here, there, strict=True)))
+    way = cross(axis, tuple(b - a for a, b in zip(here, there, strict=True)))
     return any(abs(way[c]) > CLEAR * math.dist(here, there) > 0.0 for c in two.components)
 
 

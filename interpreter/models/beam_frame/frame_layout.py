@@ -13,7 +13,6 @@ from softmark.interpreter.models.beam.tapered_sections import inertia, integrate
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.shared.support_constraints import Constraints
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.support_words import Pinned
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_joints import Joints
@@ -162,9 +161,9 @@ class Layout:
         """Axis of the hinge at each hinged point, by point; the first hinge counts if there are several."""
         found: dict[int, tuple[float, float, float]] = {}
         for support in self.case.supports:
-            if isinstance(support.thing, Pinned) and support.thing.axis is not None:
+            if (axis := support.thing.hinge_axis) is not None:
                 for i in self.held_points(support).tolist():
-                    found.setdefault(i, support.thing.axis)
+                    found.setdefault(i, axis)
         return found
 
     def held_points(self, support: Declared) -> Ints:
@@ -183,11 +182,10 @@ class Layout:
 
     def _prevented_rotation_axes(self, support: Declared, point: int) -> tuple[int, ...]:
         """Return the axes of a held point, as indices, about which the support prevents rotation."""
-        if not isinstance(support.thing, Pinned):
-            return (0, 1, 2)
-        if support.thing.axis is None:
-            return ()
-        same = np.cross(support.thing.axis, self.hinges[point])
+        axis = support.thing.hinge_axis
+        if axis is None:
+            return (0, 1, 2) if support.thing.carries_moments else ()
+        same = np.cross(axis, self.hinges[point])
         return (1, 2) if np.linalg.norm(same) <= ALIGNED else (0, 1, 2)
 
     def held(self) -> tuple[Ints, Floats]:

@@ -26,7 +26,6 @@ _NO_TIME = "external programs solve static analyses only"
 _NO_PAST = "the exchange format has no deformation history"
 _NO_REST = "it steps through time and solves no static equilibrium: use a dynamic analysis"
 _FROM_REST = "motions start from rest, under loads that act in full from the start"
-_NODAL = "supports are exchanged as imposed displacements of nodes"
 _DEAD = "loads are exchanged as dead forces on nodes of the undeformed body, and this load follows the body"
 
 
@@ -139,14 +138,9 @@ def unsupported_body(case: Case) -> Iterator[Reason]:
 
 def _unsupported_supports(case: Case) -> Iterator[Reason]:
     """Yield features of supports that cannot be transferred, with reasons."""
-    for support in case.supports:
-        if support.thing.turns:
-            yield (
-                f"support `{support.name}`",
-                "it rotates, and the exchange format has only displacements proportional to the load",
-            )
-    for bed in (*case.beds, *case.drains):
-        yield f"support `{bed.name}`", _NODAL
+    for support in (*case.supports, *case.beds, *case.drains):
+        if why := support.thing.export_fault:
+            yield f"support `{support.name}`", why
     names = [*(touch.name for touch in case.contacts), *(pair.name for pair in case.pairs)]
     for name in names:
         yield f"contact `{name}`", "the exchange format has one body without contact"

@@ -25,7 +25,6 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.probe_points import ProbePoints, surface_points
 from softmark.interpreter.problem.surface_selection.selected_pieces import selected_points
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.records import dataclass
 
 SLIPS = 0.01  # of the largest displacement: deviation from a support that reading a file may cause
@@ -64,13 +63,14 @@ def _support_compliances(
     """Yield the compliance with each support that can be checked."""
     for support in case.named_supports:
         thing = support.thing
-        along = [c for c in getattr(thing, "components", ()) if c < found.spatial_dimension]
-        if not isinstance(thing, Holding) or thing.tracked or not along:
+        along = [c for c in thing.components if c < found.spatial_dimension]
+        if thing.tracked or not along:
             continue
         X = surface_points(case, place, thing.where)
         X = X[_fully_interpolated(found, thing.where, X)]
         if len(X):
-            told, seen = thing.moved(X, _final_amplitude(case, thing))[:, along], found.at(X, u[None])[0][:, along]
+            told = thing.prescribed_displacements(X, _final_amplitude(case, thing))[:, along]
+            seen = found.at(X, u[None])[0][:, along]
             square = float(np.sum(told**2))
             yield SupportCompliance(
                 support,

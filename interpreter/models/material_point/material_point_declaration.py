@@ -11,7 +11,8 @@ from softmark.interpreter.models.shared.capabilities import DYNAMICS, Table
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
+from softmark.interpreter.vocabulary.supports.support import UniformSupport
+from softmark.interpreter.vocabulary.supports.symmetry_plane import Symmetric
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ class Homogeneous(Model):
     """
 
     loads = (SurfaceTraction,)
-    supports = (Fixed, Displaced, Symmetric)
+    supports = (UniformSupport, Symmetric)
     capabilities: ClassVar[Table] = {DYNAMICS: False}
     homogeneous_strain = True
 

@@ -230,7 +230,7 @@ def _nodes_of_support(case: Case, support: Declared, mesh: Mesh) -> SupportedNod
     nodes = selected_nodes(case, support, mesh)
     holds = np.zeros((len(nodes), 6), dtype=np.bool_)
     holds[:, list(support.thing.components)] = nodes[:, None]
-    return SupportedNodes(support.name, holds, _weights(mesh, nodes), support in case.named_supports)
+    return SupportedNodes(support.name, holds, _weights(mesh, nodes), not support.thing.implied)
 
 
 def _weights(mesh: Mesh, nodes: Bools) -> Floats:

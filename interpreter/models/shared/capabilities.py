@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.support_words import Pinned, RigidPlate
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -122,8 +121,7 @@ def _load_texts(model: Any, case: Case, load: Declared) -> Mapping[str, str]:
 
 def _support_texts(model: Any, case: Case, support: Declared) -> Mapping[str, str]:
     """Return the help of the error about a support of an unsupported kind."""
-    hinge = "use `frame6dof(...)` with a `network(...)` for hinged points"
-    return {"help": hinge if isinstance(support.thing, Pinned) else _supporting_models_help(model)}
+    return {"help": support.thing.unsupported_help or _supporting_models_help(model)}
 
 
 def _supporting_models_help(model: Any) -> str:
@@ -284,7 +282,7 @@ ELASTIC_FOUNDATION = Feature(
 MASSLESS_PLATE = Feature(
     name="massless rigid plate in a dynamic analysis",
     needed_by=lambda model, case: (
-        [bed for bed in case.beds if isinstance(bed.thing, RigidPlate)] if isinstance(case.analysis, Dynamic) else ()
+        [bed for bed in case.beds if bed.thing.is_massless_plate] if isinstance(case.analysis, Dynamic) else ()
     ),
     code="E413",
     message="`{name}` is massless, and the analysis is dynamic",
@@ -311,7 +309,7 @@ SELF_CONTACT = Feature(
 )
 ROTATING_SUPPORTS = Feature(
     name="rotating supports",
-    needed_by=lambda model, case: [support for support in case.supports if support.thing.turns],
+    needed_by=lambda model, case: [support for support in case.supports if support.thing.rotates],
     code="E519",
     message="`{model}` does not support the rotation `{name}`: {reason}",
     label="needs load steps from rest",

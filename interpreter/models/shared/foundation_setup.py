@@ -1,4 +1,4 @@
-"""Setup of elastic foundations and of rigid plates, as springs on facets of a mesh."""
+"""Supports by springs, created from the scene on facets of a mesh."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.interpreter.models.shared.loaded_surface import surface_of
 from softmark.interpreter.problem.body_case import fault
 from softmark.interpreter.problem.surface_selection.facet_patches import Patches
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane
-from softmark.interpreter.vocabulary.support_words import RigidPlate
+from softmark.records import dataclass
 from softmark.solvers.elements import moment_fitted_quadrature
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.elastic_foundation import ElasticFoundation
@@ -19,6 +19,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.language.coordinate_conditions import Condition
     from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
     from softmark.solvers.mesh.mesh import Mesh
@@ -31,15 +32,8 @@ EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of s
 
 
 def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
-    """Return the springs and dashpots of every elastic foundation and rigid plate, by name.
-
-    Raises Fault if a foundation has no area.
-    """
-    each = (
-        (bed, _plane_keeping_springs if isinstance(bed.thing, RigidPlate) else _distributed_springs)
-        for bed in case.beds
-    )
-    return {bed.name: made(case, bed, mesh) for bed, made in each}
+    """Return the springs and dashpots of every support by springs, by name. Raises Fault if one has no area."""
+    return {bed.name: bed.thing.springs(SurfaceSprings(case, bed, mesh)) for bed in case.beds}
 
 
 def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
@@ -47,69 +41,72 @@ def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[In
 
     Rows contain lengths but no stiffnesses. The nodes tell to which piece of the body each row belongs.
     """
-    from softmark.interpreter.models.beam.rigid_motions import rigid_motion_rows
-
     for bed in case.beds:
         facets, N, _, normal = _quadrature_points(surface_of(case, bed, bed.thing.where, mesh))
         X = np.einsum("pa,pai->pi", N, mesh.points[facets]) - centre
-        if isinstance(bed.thing, RigidPlate):
-            seen = np.hstack([normal, np.cross(X, normal)])
-            yield facets[:, 0], seen - seen.mean(axis=0)
-        elif bed.thing.directions == "all":
-            yield np.repeat(facets[:, 0], 3), rigid_motion_rows(X, (0, 1, 2))
-        else:
-            yield facets[:, 0], np.hstack([normal, np.cross(X, normal)])
+        rows = bed.thing.resisted_motions(X, normal)
+        yield np.repeat(facets[:, 0], rows.shape[1]), rows.reshape(-1, 6)
 
 
-def _distributed_springs(case: Case, bed: Declared, mesh: Mesh) -> ElasticFoundation:
-    """Return an elastic foundation integrated over its facets, or over the selected part of each facet.
+@dataclass(frozen=True)
+class SurfaceSprings:
+    """Operations by which a support acts on the surface of a mesh (vocabulary/supports/spring_support.py)."""
 
-    Raises Fault if the foundation lies on a plane of symmetry.
-    """
-    surface = surface_of(case, bed, bed.thing.where, mesh)
-    X = mesh.points[surface.selected_facets]
-    must_not_act_on_plane(case, bed, X, mesh.points)
-    must_not_act_on_axis(case, bed, X, mesh.points)
-    facets, N, dA, normal = _quadrature_points(surface, case.depth)
-    each, which = np.unique(facets, axis=0, return_inverse=True)
-    k = 3 * facets.shape[1]
-    K = np.zeros((len(each), k, k))
-    for at in range(0, len(facets), SOME):
-        some = slice(at, at + SOME)
-        n = normal[some]
-        D = n[:, :, None] * n[:, None, :] if bed.thing.directions == "normal" else np.eye(3) + np.zeros((len(n), 1, 1))
-        blocks = np.einsum("p,pa,pb,pij->paibj", bed.thing.stiffness * dA[some], N[some], N[some], D, optimize=True)
-        np.add.at(K, which.ravel()[some], blocks.reshape(-1, k, k))
-    damping: float = bed.thing.damping
-    return ElasticFoundation(each, K, damping / bed.thing.stiffness)
+    case: Case
+    support: Declared
+    mesh: Mesh
 
+    def distributed_springs(
+        self, where: Condition, stiffness: float, damping: float, normal: bool
+    ) -> ElasticFoundation:
+        """Return springs, Pa/m, and dashpots, Pa s/m, integrated over facets, or the selected part of each facet.
 
-def _plane_keeping_springs(case: Case, plate: Declared, mesh: Mesh) -> ElasticFoundation:
-    """Return springs that keep a face plane: they connect each point of the face to the mean of all its points.
+        With `normal` they act along the undeformed normal only. Raises Fault if they lie on a plane of symmetry.
+        """
+        case, mesh = self.case, self.mesh
+        surface = surface_of(case, self.support, where, mesh)
+        X = mesh.points[surface.selected_facets]
+        must_not_act_on_plane(case, self.support, X, mesh.points)
+        must_not_act_on_axis(case, self.support, X, mesh.points)
+        facets, N, dA, n = _quadrature_points(surface, case.depth)
+        each, which = np.unique(facets, axis=0, return_inverse=True)
+        k = 3 * facets.shape[1]
+        K = np.zeros((len(each), k, k))
+        for at in range(0, len(facets), SOME):
+            some = slice(at, at + SOME)
+            D = n[some, :, None] * n[some, None, :] if normal else np.eye(3) + np.zeros((len(n[some]), 1, 1))
+            blocks = np.einsum("p,pa,pb,pij->paibj", stiffness * dA[some], N[some], N[some], D, optimize=True)
+            np.add.at(K, which.ravel()[some], blocks.reshape(-1, k, k))
+        return ElasticFoundation(each, K, damping / stiffness)
 
-    The springs couple all nodes of the face in one dense block. Raises Fault.
-    """
-    facets, N, dA, normal = _quadrature_points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
-    along = int(np.abs(normal.sum(axis=0)).argmax())
-    if float(np.abs(normal[:, along].mean() - normal[:, along]).max()) > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
-        raise fault(
-            "E411",
-            plate.at("where"),
-            f"`{plate.name}` selects no face of `{case.body.name}` that is normal to x, y or z",
-            "no such plane face",
-            "select one plane face of the body, and orient the scene so that it is normal to x, y or z",
-        )
-    nodes, place = np.unique(facets, return_inverse=True)
-    place = place.reshape(facets.shape)
-    if len(nodes) > MOST:
-        raise fault("E412", plate.at("where"), f"`{plate.name}` couples {len(nodes)} nodes, each with all "
-                                               "others",
-                    f"more than {MOST} nodes", "use a larger size, or a plane or revolved body")  # fmt: skip
-    M = np.zeros((len(nodes), len(nodes)))
-    np.add.at(M, (place[:, :, None], place[:, None, :]), np.einsum("p,pa,pb->pab", dA, N, N, optimize=True))
-    m, area = M.sum(axis=1), float(dA.sum())
-    M -= np.outer(m, m) / area
-    return ElasticFoundation(nodes[None], plate_stiffness(case, mesh, area) * M[None], along=along)
+    def plane_keeping_springs(self, where: Condition) -> ElasticFoundation:
+        """Return springs that keep a face plane: they connect each point of the face to the mean of all its points.
+
+        The springs couple all nodes of the face in one dense block. Raises Fault.
+        """
+        case, plate, mesh = self.case, self.support, self.mesh
+        facets, N, dA, normal = _quadrature_points(surface_of(case, plate, where, mesh), case.depth)
+        along = int(np.abs(normal.sum(axis=0)).argmax())
+        uneven = float(np.abs(normal[:, along].mean() - normal[:, along]).max())
+        if uneven > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
+            raise fault(
+                "E411",
+                plate.at("where"),
+                f"`{plate.name}` selects no face of `{case.body.name}` that is normal to x, y or z",
+                "no such plane face",
+                "select one plane face of the body, and orient the scene so that it is normal to x, y or z",
+            )
+        nodes, place = np.unique(facets, return_inverse=True)
+        place = place.reshape(facets.shape)
+        if len(nodes) > MOST:
+            problem = f"`{plate.name}` couples {len(nodes)} nodes, each with all others"
+            help = "use a larger size, or a plane or revolved body"
+            raise fault("E412", plate.at("where"), problem, f"more than {MOST} nodes", help)
+        M = np.zeros((len(nodes), len(nodes)))
+        np.add.at(M, (place[:, :, None], place[:, None, :]), np.einsum("p,pa,pb->pab", dA, N, N, optimize=True))
+        m, area = M.sum(axis=1), float(dA.sum())
+        M -= np.outer(m, m) / area
+        return ElasticFoundation(nodes[None], plate_stiffness(case, mesh, area) * M[None], along=along)
 
 
 def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:

@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.shared.capabilities import IN_DIAGNOSTICS, Feature, Table, refusals
 from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.interpreter.vocabulary.loads.load import SolidAction
-from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -66,7 +66,7 @@ class Model:
 
     # what the model supports: `refusals` reports everything else in validation
     loads: tuple[type[Any], ...] = (SolidAction,)  # kinds of load
-    supports: tuple[type[Any], ...] = (Holding,)  # kinds of support
+    supports: tuple[type[Any], ...] = (DisplacementSupport,)  # kinds of support
     capabilities: ClassVar[Table] = {}  # supported or not, by features in `shared/capabilities.py`
 
     # what kind of model it is

@@ -105,7 +105,7 @@ def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic
                                                         "the volume change, which small strain does not "
                                                         "represent", "ignored by small strain",
                          "use `strain = finite`, or remove `exponent` and `stiffening`")  # fmt: skip
-    if turning := next((s for s in case.supports if s.thing.turns), None):
+    if turning := next((s for s in case.supports if s.thing.rotates), None):
         yield diagnostic("E374", turning.at(), f"`{turning.name}` rotates a poroelastic body", "not with fluid",
                          "use `displaced(...)` instead")  # fmt: skip
     if not case.drains:

@@ -83,7 +83,7 @@ def pose_at(touch: RigidBodyContact, share: float) -> RigidMotion | None:
         shift[touch.along] = share * touch.force_travel
     for support in touch.moved:
         shift = shift + share * np.array(support.thing.imposed)
-        if support.thing.turns:
+        if support.thing.rotates:
             rotation, about = share * np.array(support.thing.rotation), np.array(support.thing.through)
     if not (shift.any() or rotation.any()):
         return None

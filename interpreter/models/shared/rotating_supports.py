@@ -59,7 +59,7 @@ class RotationPath:
         """Return the imposed values (c,), m or rad, at a load fraction `share`."""
         found: Floats = share * self.target
         for own in self.circles:
-            found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
+            found[own.places] = own.support.prescribed_displacements(own.X, share)[np.arange(len(own.along)), own.along]
         return found
 
     def lost_turn_message(self, x: Floats, share: float) -> str | None:
@@ -77,7 +77,7 @@ def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, pe
     """
     own: dict[str, list[int]] = {}
     for number, dof in enumerate(held.tolist()):
-        if owners[dof].thing.turns and dof % per_node < 3:
+        if owners[dof].thing.rotates and dof % per_node < 3:
             own.setdefault(owners[dof].name, []).append(number)
     circles = []
     for numbers in own.values():

@@ -492,6 +492,6 @@ def amplitude_of_rigid(touch: RigidBodyContact) -> Amplitude:
 
 def support_amplitude(case: Case) -> Amplitude:
     """Return the common amplitude of all moving supports. Validation refuses scenes with different amplitudes."""
-    moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
+    moving = (s for s in case.supports if s.thing.follows_amplitude)
     first = next(moving, None)
     return Constant() if first is None else amplitude_of(first)

@@ -15,6 +15,7 @@ from softmark.interpreter.models.beam.rigid_motions import AXES, free_motions, r
 from softmark.interpreter.problem.body_case import Case, Fault, describe_extent, fault
 from softmark.interpreter.problem.symmetry_planes import must_lie_in_plane
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.supports.support import UndefinedMotion
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ class Constraints:
 
         `points` (n, 3), m, are the nodes, each with `per_node` degrees of freedom.
         """
-        if not any(support.thing.turns for support in self.case.supports):
+        if not any(support.thing.rotates for support in self.case.supports):
             return None
         from softmark.interpreter.models.shared.rotating_supports import rotation_path
 
@@ -141,11 +142,10 @@ def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
     """Return chains of cells that connect supports which prevent rotation: rotating supports and full clamps."""
     from softmark.solvers.statics.winding_number import RotationSupport, find_cell_chains
 
-    holds = range(2 if case.planar else 3)
     grips = [
         RotationSupport(np.nonzero(selected_nodes(case, support, mesh))[0], support.thing.rotation)
         for support in case.supports
-        if support.thing.turns or (support.thing.tracked is None and set(holds) <= set(support.thing.components))
+        if support.thing.prevents_rotation(bool(case.planar))
     ]
     return find_cell_chains(mesh.points, mesh.cells, grips)
 
@@ -210,49 +210,12 @@ def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], sha
 
     `share` is the fraction of the full motion.
     """
-    if support.thing.tracked is not None:
-        return share * _tracked_displacements(support, X, measured)
-    moved: Floats = support.thing.moved(X, share)
-    return moved
-
-
-def _tracked_displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
-    """Return displacements (n, 3), m, at points X (n, 3), m, by thin plate splines of tracked points. Raises Fault."""
-    from scipy.interpolate import RBFInterpolator
-    from scipy.spatial import cKDTree
-
-    thing = support.thing
-    if thing.of not in measured:
-        at, problem = support.at("of"), f"`{support.name}` follows `{thing.of}`, which could not be read"
-        raise fault("E406", at, problem, help="see the reason in the report of the reference")
-    data = measured[thing.of]
-    near = cKDTree(X).query(data.X)[0] <= thing.reach
-    points = data.X[near]
-    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
-    if len(points) < 4 or spread[1] < 1e-6 * spread[0]:
-        raise fault(
-            "E302",
-            support.at("reach"),
-            f"`{support.name}` finds only {len(points)} tracked points near the part that it moves",
-            "too few to define the motion",
-            "write a larger `reach`, or another `where`",
-        )
-    # nearly in one plane, as a layer of beads is, only their place within the plane says anything
-    centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
-    flat = spread[2] < 0.1 * spread[1]
-    frame = axes[: 2 if flat else 3].T
     try:
-        spline = RBFInterpolator((points - centre) @ frame, data.u[near], kernel="thin_plate_spline")
-    except np.linalg.LinAlgError:
-        raise fault(
-            "E302",
-            support.at("reach"),
-            f"`{support.name}` finds tracked points at the same place in different layers",
-            "motion not unique",
-            "write a smaller `reach`, so that only one layer is used",
-        ) from None
-    u: Floats = spline((X - centre) @ frame)
-    return u
+        moved: Floats = support.thing.prescribed_displacements(X, share, measured)
+    except UndefinedMotion as undefined:
+        field, problem, label, help = undefined.reason
+        raise fault(undefined.code, support.at(field), f"`{support.name}` {problem}", label, help) from None
+    return moved
 
 
 def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str,

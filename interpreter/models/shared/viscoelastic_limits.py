@@ -62,8 +62,7 @@ def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
 def _incompatible_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of the model and for supports that exclude viscoelastic materials."""
     yield from VISCOELASTIC_OPTIONS.errors(declared, case)
-    if any(support.thing.turns for support in case.supports):
-        support = next(s for s in case.supports if s.thing.turns)
+    if support := next((s for s in case.supports if s.thing.rotates), None):
         yield diagnostic(
             "E362",
             support.at(),

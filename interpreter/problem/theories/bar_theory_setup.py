@@ -13,7 +13,7 @@ from softmark.interpreter.problem.cross_section_coverage import end_frame, singl
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
-from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 from softmark.references.graded_bar import PulledBar
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot
@@ -58,7 +58,7 @@ def _held_end(case: Case) -> int:
     for support in case.supports:
         thing = support.thing
         free = [abs(shape.axis[c]) <= ALIGNED for c in thing.components]
-        if not isinstance(thing, Holding) or thing.moves:
+        if not isinstance(thing, DisplacementSupport) or thing.moves:
             raise NotApplicable(f"the support `{support.name}` moves the body", REMEDY)
         if all(free):
             continue  # without lateral contraction nothing moves across

@@ -10,7 +10,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, single_selected_end
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tubes import Tube
@@ -50,10 +50,11 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
     shape = case.prism
     clamped = []
     for support in case.supports:
-        if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
+        thing = support.thing
+        if not isinstance(thing, DisplacementSupport) or thing.moves or len(thing.components) < 3:
             raise NotApplicable(f"the support `{support.name}` is not a clamp",
                           "use `fixed(body, where = ...)` with all components")  # fmt: skip
-        if (end := single_selected_end(support.thing.where, shape)) is None:
+        if (end := single_selected_end(thing.where, shape)) is None:
             raise NotApplicable(f"the support `{support.name}` does not clamp exactly one end face",
                           "hold one end only, as in `where = x <= 0 mm`")  # fmt: skip
         clamped.append(end)

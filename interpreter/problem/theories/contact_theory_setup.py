@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -16,7 +16,7 @@ from softmark.interpreter.results.reaction_results import ContactNumbers as Touc
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
-from softmark.interpreter.vocabulary.support_words import ByVector, Holding
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import Surroundings
 from softmark.references.indentation import SAID, Indentation
@@ -163,11 +163,9 @@ def rigid_displacement(touch: RigidBodyContact) -> Vector:
                       "compare in a scene in which a support moves it: `displaced(...)`")  # fmt: skip
     shift = NONE
     for support in touch.moved:
-        thing = at_full_size(support.thing)
-        if thing.turns:
+        if at_full_size(support.thing).rotates:
             raise NotApplicable(f"`{support.name}` rotates `{touch.rigid.name}`", "move it without rotation")
-        if isinstance(thing, ByVector):
-            shift = add_multiples(shift, (1.0, support.thing.imposed))
+        shift = add_multiples(shift, (1.0, support.thing.imposed))
     return shift
 
 
@@ -179,7 +177,7 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
     held, mirrors = set[int](), set[tuple[int, int]]()
     for support in case.named_supports:
         thing = at_full_size(support.thing)
-        if not isinstance(thing, Holding) or thing.moves:
+        if not isinstance(thing, DisplacementSupport) or thing.moves:
             raise NotApplicable(f"the support `{support.name}` moves `{case.body.name}`", FAR)
         if face.selected_ends(thing.where) == {1 - face.end}:
             held |= set(thing.components)
@@ -197,7 +195,7 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
     return bonded, mirrors
 
 
-def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
+def _symmetric_sides(face: Face, thing: DisplacementSupport) -> set[tuple[int, int]] | None:
     """Return the sides that a support holds only along their normal (symmetry planes); None if it holds other parts."""
     if len(thing.components) != 1 or isinstance(face.body, CylinderBody):
         on = isinstance(face.body, CylinderBody) and all(
@@ -233,8 +231,7 @@ def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
 
     One support may do both, or several with different amplitudes.
     """
-    moving = [s for s in touch.moved if isinstance(at_full_size(s.thing), ByVector)]
-    for support in moving:
+    for support in touch.moved:
         whole = at_full_size(support.thing).imposed
         down, size = abs(dot(whole, n)), math.hypot(*whole)
         if SAME * size < down < (1.0 - SAME) * size:
@@ -243,13 +240,13 @@ def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
         return False
     analysis = case.analysis
     times = [t for t in analysis.moments if t <= analysis.now]
-    for (a, dragged), (b, more) in pairwise([_depth_and_shift(moving, n, t) for t in (0.0, *times)]):
+    for (a, dragged), (b, more) in pairwise([_depth_and_shift(touch.moved, n, t) for t in (0.0, *times)]):
         if more - dragged < -SAME * abs(dragged) or (more > dragged and abs(a - b) > SAME * abs(a)):
             return True
     return False
 
 
-def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
+def _depth_and_shift(moving: Sequence[Declared], n: Vector, t: float) -> tuple[float, float]:
     """Return the indentation depth and the displacement along the face of a rigid body at time t, s, both in m."""
     total = NONE
     for support in moving:

@@ -15,7 +15,8 @@ from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.torque import MomentLoad
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
+from softmark.interpreter.vocabulary.supports.pinned_points import Pinned
+from softmark.interpreter.vocabulary.supports.support import UniformSupport
 from softmark.references.straight_cantilever import Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.shape import transverse
@@ -47,7 +48,7 @@ class FrameSetup(TheorySetup):
             if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
                 raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)
         for support in case.supports:
-            if not isinstance(support.thing, Fixed | Displaced | Pinned):
+            if not isinstance(support.thing, UniformSupport | Pinned):
                 raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
             if any(len(_interior_selection_values(member, network, support)) == 2 for member in network.members):
                 raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
@@ -166,11 +167,10 @@ class _FrameBuilder:
         rows, imposed, taken = [], [], set()
         for support in self.case.supports:
             thing = support.thing
-            hinged = isinstance(thing, Pinned)
-            turns = np.array(transverse(thing.axis)) if hinged and thing.axis is not None else np.eye(3)
+            turns = np.eye(3) if thing.hinge_axis is None else np.array(transverse(thing.hinge_axis))
             for i in self._selected_nodes(thing):
                 ways = [(np.eye(3)[c], 0, thing.displacement[c]) for c in thing.components]
-                ways += [(way, 3, 0.0) for way in turns] if not hinged or thing.axis is not None else []
+                ways += [(way, 3, 0.0) for way in turns] if thing.carries_moments else []
                 for way, first, value in ways:
                     if (key := (i, first, *np.round(way, 9).tolist())) not in taken:
                         taken.add(key)

@@ -13,7 +13,6 @@ from softmark.interpreter.problem.conforming_mesh import cuts_for
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.records import dataclass
 from softmark.references.inclusion import BodyWithRoundCore, Hookean
 from softmark.references.straight_cantilever import NotApplicable
@@ -129,7 +128,7 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
     """Check that the supports are exactly the symmetry planes through the centre. Raises NotApplicable."""
     found = set()
     for support in case.named_supports:
-        normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
+        normal = support.thing.mirror_plane
         if normal is None or abs(normal[1] - centre[normal[0]]) > IN_PLANE * size:
             raise NotApplicable(f"the support `{support.name}` is not a plane of symmetry through the centre",
                           "hold it with `symmetric(...)` only")  # fmt: skip

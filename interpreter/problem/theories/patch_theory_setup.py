@@ -20,7 +20,8 @@ from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import REACH, SelfContact
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
+from softmark.interpreter.vocabulary.supports.support import UniformSupport
+from softmark.interpreter.vocabulary.supports.symmetry_plane import Symmetric
 from softmark.records import dataclass
 from softmark.references.contact_patch_test import Block, BlockMaterial, DeformedStack, Joint, Stack
 from softmark.references.straight_cantilever import NotApplicable, Vector
@@ -225,7 +226,7 @@ def _held_ends_and_sides(
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
         thing, by = at_full_size(support.thing), support.thing.imposed
-        if not isinstance(thing, Fixed | Displaced | Symmetric):
+        if not isinstance(thing, UniformSupport | Symmetric):
             raise NotApplicable(f"the support `{support.name}` does not hold one whole end or one whole side", ENDS)
         along_it = [c for c in thing.components if c in piled.across]
         if any(by[c] for c in along_it):
@@ -448,7 +449,7 @@ class PatchTestSetup(ContactSetup):
         for support in case.supports:
             taken = piled.ends(support.thing.where)
             holds = [end for end in taken if piled.way in support.thing.components]
-            if support not in case.named_supports:  # constraint of a plane body
+            if support.thing.implied:  # constraint of a plane body
                 reactions[support.name] = Reaction(unknown, unknown, piled.whole.middle, unknown)
                 continue
             total, moment = NONE, NONE

@@ -16,7 +16,7 @@ from softmark.interpreter.results.reaction_results import EquilibriumForces, Rea
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
-from softmark.interpreter.vocabulary.support_words import Drained, Holding, RigidPlate
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 from softmark.records import dataclass
 from softmark.references.confined_compression import Permeability, PressedColumn
 from softmark.references.poroelastic_compression import CompressedPorousBody
@@ -98,7 +98,7 @@ def _ends(case: Case, remedy: str) -> Ends:
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_displacement_or_traction(load))]
     for support in case.supports:
-        if not isinstance(at_full_size(support.thing), Holding):
+        if not isinstance(support.thing, DisplacementSupport):
             raise NotApplicable(f"the theory does not include the support `{support.name}`", remedy)
     if len(drivers) != 1:
         raise NotApplicable("it is not driven by exactly one load or support", remedy)
@@ -180,7 +180,7 @@ def _held_sides(case: Case, body: BoxBody, across: int) -> set[int]:
 def _check_no_fluid_pressure(case: Case) -> None:
     """Check that no fluid pressure is applied: open faces have pressure 0. Raises NotApplicable."""
     for drain in case.drains:
-        if not isinstance(drain.thing, Drained):
+        if drain.thing.moves:
             raise NotApplicable(f"`{drain.name}` applies a pore pressure", "use `drained(...)`")
     if not case.drains:
         raise NotApplicable("no face lets fluid through", "add `drained(...)`")
@@ -351,7 +351,7 @@ class CompressedPorousBodySetup(PorousSetup):
     def problem_from(self, reference: Declared, case: Case) -> CompressedPorousBody:
         analysis, ends = _analysis(case), _ends(case, PLATES)
         if ends.force and not any(
-            isinstance(b.thing, RigidPlate) and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
+            b.thing.is_massless_plate and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
         ):
             raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
         _check_no_fluid_pressure(case)

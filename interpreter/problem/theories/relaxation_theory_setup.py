@@ -15,7 +15,7 @@ from softmark.interpreter.results.reaction_results import EquilibriumForces, Rea
 from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
-from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
 from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.materials.viscoelastic import Viscoelastic
@@ -89,7 +89,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
     for support in case.supports:
         thing = at_full_size(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
-        if not isinstance(thing, Holding):
+        if not isinstance(thing, DisplacementSupport):
             raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if not any(along):
             if thing.moves:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.support_words import RigidPlate
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ class TheorySetup:
 
             must_be_isotropic(reference, case)
         for bed in case.beds:
-            if not (self.admits_rigid_plates and isinstance(bed.thing, RigidPlate)):
+            if not (self.admits_rigid_plates and bed.thing.is_massless_plate):
                 why = f"`{bed.name}` puts `{case.body.name}` on an elastic foundation"
                 raise NotApplicable(why, "use `self_converged(...)`, which refines solids")
         if not case.uniform:

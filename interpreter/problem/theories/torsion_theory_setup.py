@@ -10,7 +10,8 @@ from softmark.interpreter.problem.cross_section_coverage import end_frame, singl
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.problem.theories.theory_setup import TheorySetup
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
-from softmark.interpreter.vocabulary.support_words import Fixed, Rotated
+from softmark.interpreter.vocabulary.supports.rotated_part import Rotated
+from softmark.interpreter.vocabulary.supports.support import UniformSupport
 from softmark.references.rubber_torsion import TwistedCylinder
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.shape import add_multiples, cross
@@ -46,7 +47,7 @@ class TorsionSetup(TheorySetup):
         """Return the reaction forces and moments of the theory."""
         found, none = {}, (0.0, 0.0, 0.0)
         for support in case.supports:
-            turned = isinstance(support.thing, Rotated)
+            turned = support.thing.prescribes_rotation
             at = add_multiples(solution.root, (solution.length if turned else 0.0, solution.axis))
             sign = 1.0 if turned else -1.0
             force = add_multiples(none, (-sign * solution.thrust, solution.axis))
@@ -60,7 +61,8 @@ def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing
-        if not isinstance(thing, Fixed | Rotated) or len(thing.components) < 3:
+        fixed = isinstance(thing, UniformSupport) and not thing.moves
+        if not (fixed or isinstance(thing, Rotated)) or len(thing.components) < 3:
             raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if (end := single_selected_end(thing.where, case.prism)) is None:
             raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
@@ -68,6 +70,6 @@ def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
             raise NotApplicable("two supports hold one end", REMEDY)
         found[end] = thing
     for end, thing in found.items():
-        if isinstance(thing, Rotated) and isinstance(found.get(1 - end), Fixed):
+        if isinstance(thing, Rotated) and isinstance(found.get(1 - end), UniformSupport):
             return 1 - end, thing
     raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)

@@ -33,7 +33,6 @@ from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.torque import MomentLoad
-from softmark.interpreter.vocabulary.support_words import Pinned
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.rod_forces import CheckedRod
 from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
@@ -160,13 +159,8 @@ class DeformedNetwork:
         near = [np.array([self.network.points[i] for i in points]).reshape(-1, 3), *(self.X[m] for m in whole)]
         held = np.concatenate(near)
         apart = np.linalg.norm(self.at[0][:, None] - held[None], axis=2).min(axis=1)
-        own = [*support.thing.components, *((3, 4, 5) if self._carries_moments(support) else ())]
+        own = [*support.thing.components, *((3, 4, 5) if support.thing.carries_moments else ())]
         return np.outer(apart <= 1e-9 * self.network.diagonal, np.isin(np.arange(6), own))
-
-    @staticmethod
-    def _carries_moments(support: Declared) -> bool:
-        """Return whether a support carries moments. A hinge does, although its moment about the hinge axis is zero."""
-        return not isinstance(support.thing, Pinned) or support.thing.axis is not None
 
     @cached_property
     def hinge_axes_by_place(self) -> dict[int, Floats]:
@@ -176,7 +170,7 @@ class DeformedNetwork:
         """
         found: dict[int, Floats] = {}
         for support in self.found.case.supports:
-            if not isinstance(support.thing, Pinned) or (axis := support.thing.axis) is None:
+            if (axis := support.thing.hinge_axis) is None:
                 continue
             for i in np.flatnonzero(self.carried_components(support).any(axis=1)).tolist():
                 found.setdefault(i, np.array([axis, *transverse(axis)]))
@@ -197,9 +191,9 @@ class DeformedNetwork:
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:
             own = self.carried_components(support)
-            if isinstance(support.thing, Pinned) and support.thing.axis is not None:
+            if support.thing.hinge_axis is not None:
                 for i in np.flatnonzero(own.any(axis=1)).tolist():
-                    one = np.linalg.norm(np.cross(support.thing.axis, self.hinge_axes_by_place[i][0])) <= ALIGNED
+                    one = np.linalg.norm(np.cross(support.thing.hinge_axis, self.hinge_axes_by_place[i][0])) <= ALIGNED
                     own[i, 3] = own[i, 3] and not one
             found |= own
         return found
