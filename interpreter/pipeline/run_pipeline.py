@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from softmark import pausing
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions, SceneText
-from softmark.interpreter.planning.run_plan import Plan, plan_of
+from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.validation.requested_names import unknown_models, without_unrequested_warnings
 from softmark.interpreter.validation.scene_loader import load_scene
 
@@ -38,40 +38,29 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
     known = cached_results.load_saved_results(sound.scene, plan, options, keeper)
     works = run_state.make_state_runs(sound.scene, plan, options, sound.warnings, known)  # one per state
     if not cached_results.reuse_everything(works):
-        _compute_results(works, plan, options, keeper)  # solvers are loaded only for results that are not saved
+        from softmark.interpreter.pipeline import model_runs, probe_sampling, reference_runs  # with solvers
+        from softmark.solvers.runtime.thread_limits import ALONE
+
+        pausing.resume_collection()
+        with ALONE:
+            for work in works:
+                reference_runs.read_measurements(work)  # references: data that probes and supports may use
+                probe_sampling.place_probes(work)  # problem: points of the probes
+                model_runs.prepare_models(work)  # models: meshes, energies, supports and loads as arrays
+            for work in works:
+                reference_runs.solve_references(work)  # references: theories, and limits of refinement
+            for name in plan.models:
+                for work in works:
+                    model_runs.solve_model(work, name)  # solvers; verification: forces by independent formulas
+                _save_slow_model_early(works, name, keeper)  # metrics and verification of a slow model
+                options.keep(report_assembly.unfinished_report(works))  # metrics so far; written by the report package
+            for work in works:
+                reference_runs.compute_model_references(work)  # references that depend on models
+                cached_results.record_accuracy_warnings(work, work.models)
+                model_runs.estimate_model_errors(work, work.models)  # verification: errors that models state
     report = report_assembly.finished_report(works)  # metrics and verification: measure, draw, judge expectations
     cached_results.save_results(works, keeper)
     return report
-
-
-def _compute_results(works: Sequence[StateRun], plan: Plan, options: RunOptions, keeper: RunCache | None) -> None:
-    """Solve all models and references that are not saved, and estimate the errors of models."""
-    from softmark.interpreter.pipeline import (
-        cached_results,
-        model_runs,
-        probe_sampling,
-        reference_runs,
-        report_assembly,
-    )
-    from softmark.solvers.runtime.thread_limits import ALONE
-
-    pausing.resume_collection()
-    with ALONE:
-        for work in works:
-            reference_runs.read_measurements(work)  # references: measured data, since probes and supports may use it
-            probe_sampling.place_probes(work)  # problem: points of the probes
-            model_runs.prepare_models(work)  # models: meshes, energies, supports and loads as arrays
-        for work in works:
-            reference_runs.solve_references(work)  # references: theories, and limits of refinement
-        for name in plan.models:
-            for work in works:
-                model_runs.solve_model(work, name)  # solvers; verification: forces by independent formulas
-            _save_slow_model_early(works, name, keeper)  # metrics and verification of a slow model
-            options.keep(report_assembly.unfinished_report(works))  # metrics so far; written by the report package
-        for work in works:
-            reference_runs.compute_model_references(work)  # references that depend on models
-            cached_results.record_accuracy_warnings(work, work.models)
-            model_runs.estimate_model_errors(work, work.models)  # verification: errors that models state
 
 
 def _save_slow_model_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -> None:

@@ -72,4 +72,4 @@ def count_setup(stencils: Stencils) -> None:
 
 def _block_entries(stencils: Stencils) -> int:
     """Return the number of entries in the Hessian blocks of all stencils."""
-    return stencils.size * stencils.shape[1]
+    return stencils.size * int(stencils.shape[1])
