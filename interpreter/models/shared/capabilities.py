@@ -1,8 +1,9 @@
-"""Features of a scene that models may not support, with the error for each, and the walk over a model's table.
+"""Features of a scene that a model may not support, and the error for each of them.
 
-Each feature is one `Feature`. Each model has a table, `Model.capabilities`, of the features that it supports or for
-which it has an error text of its own. To add a feature: an entry here, and a line in the table of each model that
-supports it. Further checks of supported features (`limits`) are in modules that only scenes with the feature import.
+Each feature is one `Feature`. The table `Model.capabilities` of a model lists the features that the model supports, or
+error texts for features that it does not support. To add a feature: write an entry here, and a line in the table of
+each model that supports it. The checks `limits` of supported features are in modules of their own, which are imported
+only for scenes with the feature.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ UNKNOWN = "load not supported"
 
 @dataclass(frozen=True)
 class Refusal:
-    """Texts in the table of a model that does not support a feature; None keeps the text of the feature.
+    """Texts of the error about an unsupported feature that a model has in place of those of the `Feature`.
 
-    `field` is the field of the model to which the error points. `reason` is the part {reason} of the message.
+    None keeps the text of the feature. `reason` fills the part {reason} of the message. The error points to `field` of
+    the
+    model if it is given.
     """
 
     label: str | None = None
@@ -47,13 +50,16 @@ Checks = Callable[["Declared", "Case"], Iterator[Diagnostic]]
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """Feature of a scene, and the error about a model that does not support it.
+    """Feature of a scene that some models do not support, with the error for those models.
 
-    `needed_by` returns the declarations of a case that need the feature of a model; the error points to each of them,
-    or to the model if `at_model`. The texts are templates with the fields model, body, reduces (the model that a
-    reduced model reduces), name (of the declaration that needs it), reason, and those that `details` returns.
-    `default` holds for models whose table does not mention the feature. `invalid` yields errors of the feature itself,
-    in place of all others. `limits` yields errors of a model that supports it.
+    `needed_by` returns the declarations of a case that need the feature. The error points to each of them, or to the
+    model
+    if `at_model`. The texts are templates with the fields model, body, reduces (the model that a reduced model
+    reduces),
+    name (of the declaration that needs the feature), reason, and those that `details` returns. `default` states whether
+    models support the feature if their table does not list it. `invalid` yields errors of the scene that do not depend
+    on
+    the model; if there are any, nothing else is reported. `limits` yields errors for a model that supports the feature.
     """
 
     name: str
@@ -70,7 +76,11 @@ class Feature:
     limits: Checks | None = None
 
     def refusal(self, declared: Declared, case: Case, thing: Declared, own: Refusal | None = None) -> Diagnostic:
-        """Return the error that a model does not support the feature of `thing`, with its `own` texts."""
+        """Return the error that a declared model does not support this feature.
+
+        `thing` is the declaration that needs the feature; `own` are texts of the model that replace those of the
+        feature.
+        """
         own = own or Refusal()
         words: dict[str, Any] = {
             "model": declared.name,
@@ -91,7 +101,7 @@ Table = Mapping[Feature, bool | Refusal]  # what a model supports, or its own te
 
 
 def refusals(declared: Declared, case: Case, features: Sequence[Feature]) -> Iterator[Diagnostic]:
-    """Yield the errors of a declared model for these features of a case, in their order."""
+    """Yield the errors of a declared model for those of these features that a case needs, in their order."""
     model = declared.thing
     for feature in features:
         needing = feature.needed_by(model, case)
@@ -110,28 +120,29 @@ def refusals(declared: Declared, case: Case, features: Sequence[Feature]) -> Ite
 
 
 def _needed_by_body(is_needed: Callable[[Case], bool]) -> Callable[[Any, Case], Sequence[Declared]]:
-    """Return a predicate of a feature that the body, or the analysis of the case, needs."""
+    """Return a function for `Feature.needed_by` that returns the body if `is_needed(case)`, else nothing."""
     return lambda model, case: (case.body,) if is_needed(case) else ()
 
 
 def _load_texts(model: Any, case: Case, load: Declared) -> Mapping[str, str]:
-    """Return the label and the help of the error about a load of an unsupported kind."""
+    """Return the texts {label} and {help} of the error about a load of an unsupported kind."""
     label, help = load.thing.action.unsupported or (UNKNOWN, _supporting_models_help(model))
     return {"label": UNKNOWN if case.shape.wired else label, "help": help}  # a network is no solid
 
 
 def _support_texts(model: Any, case: Case, support: Declared) -> Mapping[str, str]:
-    """Return the help of the error about a support of an unsupported kind."""
+    """Return the text {help} of the error about a support of an unsupported kind."""
     hinge = "use `frame6dof(...)` with a `network(...)` for hinged points"
     return {"help": hinge if isinstance(support.thing, Pinned) else _supporting_models_help(model)}
 
 
 def _supporting_models_help(model: Any) -> str:
-    """Help text that names models with support for the loads and supports that this model lacks."""
+    """Return the help of an error about an unsupported load or support: what to use instead."""
     return OF_NETWORKS if model.has_capability(NETWORKS) else MOST
 
 
 def _region_names(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+    """Return the text {regions}: the names of the regions of a body."""
     return {"regions": ", ".join(f"`{part.name}`" for part in case.parts)}
 
 
@@ -142,6 +153,7 @@ def _varies(case: Case) -> bool:
 
 
 def _varying_constants(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+    """Return the text {constants}: which material constants of a case vary in space."""
     from softmark.interpreter.problem.heterogeneity_limits import describe_varying
 
     return {"constants": describe_varying(case)}
@@ -203,6 +215,7 @@ def _viscoelastic_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def _perturbation(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+    """Return the text {kind}: how the analysis perturbs the start."""
     return {"kind": case.analysis.disturbed}
 
 
@@ -370,7 +383,7 @@ SOLID = (
 
 
 def supported(*features: Feature) -> dict[Feature, bool | Refusal]:
-    """Return a table of a model that supports these features."""
+    """Return the table `Model.capabilities` of a model that supports these features."""
     return dict.fromkeys(features, True)
 
 

@@ -1,4 +1,8 @@
-"""Limits of contact in models that support it: analyses, options and materials. Only scenes with contact import it."""
+"""Checks of models that support contact: analyses, options and materials that they do not support together with
+contact.
+
+Only scenes with contact import this module.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def check_rigid_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options, analyses and materials that exclude contact with rigid bodies."""
+    """Yield errors for options, analyses and materials that a model does not support together with rigid contact."""
     touch = case.contacts[0]
     yield from CONTACT_OPTIONS.errors(declared, case, touch.name)
     if isinstance(case.analysis, Dynamic):
@@ -38,7 +42,9 @@ def check_rigid_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def check_self_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for analyses, options and materials that exclude self-contacts and ties."""
+    """Yield errors for analyses, options and materials that a model does not support together with self-contact or a
+    tie.
+    """
     for pair in case.pairs:
         if not (case.has_material_history or case.porous or isinstance(case.analysis, Static | Dynamic)):
             yield _error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",
@@ -61,5 +67,5 @@ def check_self_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _error(pair: Declared, message: str, label: str, help: str) -> Diagnostic:
-    """Return the error about one self-contact or tie."""
+    """Return the error E633 at the declaration of a self-contact or tie."""
     return diagnostic("E633", pair.at(), message, label, help)

@@ -1,4 +1,4 @@
-"""Limits of poroelastic bodies in models that support them: materials, analyses, elements and options."""
+"""Checks of poroelastic bodies: invalid materials, and models, analyses and options that do not support pore fluid."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
-    """Yield the error of an invalid poroelastic material, or of one in plane stress."""
+    """Yield the error about an invalid poroelastic material of a case, or about plane stress, which it does not
+    support.
+    """
     if case.planar == "plane_stress":
         yield diagnostic(
             "E435",
@@ -40,7 +42,7 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
 
 
 def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if the options or the analysis of a model exclude a poroelastic body."""
+    """Yield errors if the analysis, a varying material or the options of a model do not allow a poroelastic body."""
     if not isinstance(case.analysis, Quasistatic):
         yield diagnostic("E373", declared.at(), f"`{case.body.name}` is poroelastic, which needs a "
                                                 "quasistatic analysis", "needs a quasistatic analysis",
@@ -79,7 +81,10 @@ def _invalid_material(material: Any) -> tuple[str, str, str] | None:
 
 
 def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options of a finite element model that do not support fluid."""
+    """Yield errors for options of a finite element model, supports and plane stress that do not allow pore fluid.
+
+    Also yields the warning W395 about a body from which no fluid can leave.
+    """
     model = declared.thing
     if find_element(model.element).pressures != "corners":
         flat = case.planar != ""

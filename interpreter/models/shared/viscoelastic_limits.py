@@ -1,4 +1,4 @@
-"""Limits of viscoelastic materials in models that support them: analyses, options and laws."""
+"""Checks of viscoelastic bodies: invalid Prony series, and analyses, options and laws that exclude relaxation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ COARSE = 0.5  # of a relaxation time: longer time steps do not resolve it
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
-    """Yield the error of an invalid Prony series."""
+    """Yield the error about an invalid Prony series of a case."""
     bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscoelastic)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
@@ -34,7 +34,9 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
 
 
 def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if a model or its analysis excludes viscoelastic bodies, and a warning about long time steps."""
+    """Yield errors if a model or its analysis does not support a viscoelastic body, and a warning about long time
+    steps.
+    """
     if not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
                                                 "analysis over time", "needs an analysis over time",
@@ -60,7 +62,7 @@ def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
 
 
 def _incompatible_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options of the model and for supports that exclude viscoelastic materials."""
+    """Yield errors for options of the model and for rotating supports, which viscoelastic bodies do not support."""
     yield from VISCOELASTIC_OPTIONS.errors(declared, case)
     if any(support.thing.turns for support in case.supports):
         support = next(s for s in case.supports if s.thing.turns)
@@ -84,7 +86,7 @@ def _material_owner(declared: Declared, case: Case) -> tuple[Location, str]:
 
 
 def _check_beam(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for a viscoelastic beam."""
+    """Yield an error if the constants of a viscoelastic beam vary in space."""
     if not case.uniform:
         at, named = _material_owner(declared, case)
         yield diagnostic("E362", at, f"`{named}` is viscoelastic with varying constants",
@@ -92,7 +94,7 @@ def _check_beam(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_solid(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for a viscoelastic solid."""
+    """Yield errors for a viscoelastic solid in plane stress, with varying constants, or with an unsuitable law."""
     if case.planar == "plane_stress":
         yield diagnostic(
             "E362",
@@ -118,7 +120,10 @@ def _check_solid(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_law(declared: Declared, case: Case, material: Viscoelastic) -> Iterator[Diagnostic]:
-    """Yield errors if the material law has no part that can relax, or is used in an unsuitable strain measure."""
+    """Yield an error if a viscoelastic law cannot be used with the formulation or the strain measure of a model.
+
+    Mixed formulations exclude a relaxing pressure. Finite strain needs a law with a separate deviatoric stress.
+    """
     from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 
     model = declared.thing
@@ -142,7 +147,7 @@ def _check_law(declared: Declared, case: Case, material: Viscoelastic) -> Iterat
 
 
 def _time_step_warnings(case: Case) -> Iterator[Diagnostic]:
-    """Yield a warning if a time step is longer than the shortest relaxation time that it should resolve."""
+    """Yield a warning if the time step is too long to resolve the shortest relaxation time of the body."""
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
     fast = [tau for tau in times if analysis.step > COARSE * tau]
@@ -158,9 +163,11 @@ def _time_step_warnings(case: Case) -> Iterator[Diagnostic]:
 
 
 def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
-    """Yield a warning if the dissipated energy `lost` (t,), J, is unknown or decreases in time.
+    """Yield a warning if the dissipated energy of a viscoelastic model is not known, or decreases in time.
 
-    `work`, J, is the scale of the energies in the motion.
+    `lost` (t,), J, is the dissipated energy at each time, and `unknown` states that the model cannot compute it.
+    `work`, J,
+    is the scale of the energies, from which the tolerance is taken.
     """
     from softmark.solvers.energies.viscoelastic_memory import largest_decrease
 

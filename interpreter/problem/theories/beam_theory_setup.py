@@ -1,4 +1,4 @@
-"""Setup of beam theories: the straight cantilever of a case."""
+"""Setup of beam theories: makes the straight cantilever of a case."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from softmark.solvers.mesh.tubes import Tube
 
 
 class CantileverSetup(TheorySetup):
-    """Clamped straight beam under its own weight."""
+    """Makes the problem of a straight beam with one clamped end that bends under its own weight."""
 
     def problem_from(self, reference: Declared, case: Case) -> Cantilever:
         shape = case.shape
@@ -41,9 +41,9 @@ class CantileverSetup(TheorySetup):
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:
-    """Return the centre of the clamped end, m, and the unit vector along the axis away from it.
+    """Return the centre of the clamped end, m, and the unit vector along the axis from it to the free end.
 
-    Raises NotApplicable unless one end is clamped and nothing else is held.
+    Raises NotApplicable unless supports clamp exactly one end and hold nothing else.
     """
     shape = case.prism
     clamped = []
@@ -63,9 +63,9 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
 
 
 def _section(case: Case) -> Disc | Ring | Rectangle:
-    """Return the cross-section as declared in the scene: from a radius, or from the extents of a box.
+    """Return the cross-section by the radii of the scene, or by the side lengths of its box.
 
-    It is independent of the section that models compute with, so that a mistake there shows as a difference.
+    Models compute their sections elsewhere, so that a mistake in their sections shows as a difference from the theory.
     """
     shape = case.shape
     if isinstance(shape, Cylinder):

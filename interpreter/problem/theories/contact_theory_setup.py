@@ -1,4 +1,4 @@
-"""Setup of contact theories: the rigid body, the face that it presses, and the forces of the theory."""
+"""Setup of contact theories: the rigid body, the face of the body that it touches, and the forces of the theory."""
 
 from __future__ import annotations
 
@@ -43,9 +43,11 @@ NEGLECTED = {
 
 @dataclass(frozen=True)
 class Face:
-    """Flat face of a body: the face normal to x, y or z (`way`) of a box, or the end of a cylinder.
+    """Flat face of a body: the face normal to x, y or z of a box, or an end of a cylinder.
 
-    `end` 0 is the low face, or the root of a cylinder.
+    `way` is the direction of the normal: 0, 1 or 2 for x, y or z. `end` is 0 for the low face or the root of a
+    cylinder, 1
+    for the opposite face.
     """
 
     body: BoxBody | CylinderBody
@@ -69,40 +71,40 @@ class Face:
 
     @property
     def area(self) -> float:
-        """Area of the face, m^2; for a body of revolution that of the full face around the axis."""
+        """Area of the face, m^2; for a body of revolution the area of the full circle or ring."""
         return self.body.area(self.way)
 
     @property
     def has_half_section_body(self) -> bool:
-        """True if the body is the half section of a body of revolution."""
+        """True if the body is modelled by half of its section, as a body of revolution is."""
         return isinstance(self.body, BoxBody) and self.body.turns
 
     @property
     def across(self) -> tuple[int, ...]:
-        """Directions x, y and z (0 to 2) along the face in which its points may move."""
+        """Directions along the face, as numbers 0 to 2 of x, y and z, in which its points may move."""
         if isinstance(self.body, CylinderBody):
             return tuple(c for c in range(3) if abs(self.body.shape.axis[c]) < 0.5)
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
 
     def selected_ends(self, where: Any) -> set[int]:
-        """Return which of the face and its opposite face a condition selects exactly, by their `end` numbers."""
+        """Return the `end` numbers of those of this face and its opposite face that a condition selects exactly."""
         return self.body.selected_faces(where, self.way)
 
     def over(self, low: Vector, high: Vector) -> bool:
-        """Return whether the box between corners `low` and `high`, m, lies over a part of the face."""
+        """Return whether a box, seen along the normal, overlaps the face. `low` and `high` are its corners, m."""
         own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
     def contains_projection_of(self, point: Vector) -> bool:
-        """Return whether a point, m, lies over the face and not next to it."""
+        """Return whether the projection of a point, m, along the normal lies on the face."""
         low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
         return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
 
     def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-        """Return the distance, m, from a point to the nearest side of the face that is no symmetry plane.
+        """Return the distance, m, from a point to the nearest edge of the face; edges in symmetry planes do not count.
 
-        `mirrors` are the symmetry planes, each as direction and end.
+        `mirrors` are the symmetry planes, each as direction (0 to 2) and end (0 low, 1 high).
         """
         if isinstance(self.body, CylinderBody):
             return self.body.shape.radius - math.dist(at, self.middle)
@@ -119,7 +121,7 @@ class Face:
 
 
 def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
-    """Return the only contact of a case, and the face below its rigid body. Raises NotApplicable."""
+    """Return the only contact of a case, and the face that its rigid body approaches. Raises NotApplicable."""
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "use a static analysis")
     if case.parts or hasattr(case.material, "passive"):
@@ -143,7 +145,7 @@ def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
 
 
 def _is_above(touch: RigidBodyContact, face: Face) -> bool:
-    """Return whether a rigid body lies above a face, by its bounds or by its plane."""
+    """Return whether the rigid body of a contact lies on the outer side of a face and over it."""
     shape, n = touch.rigid.thing.shape, face.normal
     normal = getattr(shape, "normal", None)
     if normal is not None:  # all behind a plane
@@ -156,9 +158,9 @@ def _is_above(touch: RigidBodyContact, face: Face) -> bool:
 
 
 def rigid_displacement(touch: RigidBodyContact) -> Vector:
-    """Return the displacement, m, that supports give a rigid body.
+    """Return the displacement, m, that supports prescribe for the rigid body of a contact.
 
-    Raises NotApplicable if the rigid body rotates or loads press it.
+    Raises NotApplicable if the rigid body rotates or is driven by loads.
     """
     if touch.along is not None:
         raise NotApplicable(f"`{touch.rigid.name}` is driven by loads, but the theory needs a given displacement",
@@ -174,9 +176,10 @@ def rigid_displacement(touch: RigidBodyContact) -> Vector:
 
 
 def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
-    """Return whether the opposite face is bonded, and the sides that are symmetry planes. Raises NotApplicable.
+    """Return whether the opposite face is bonded, and the sides of the body that are symmetry planes.
 
-    Supports that only prevent rigid motion, such as points held in a plane through the axis, are ignored.
+    Each side is given by direction (0 to 2) and end (0 low, 1 high). Supports that only prevent rigid motion, such as
+    points held in a plane through the axis, are ignored. Raises NotApplicable.
     """
     held, mirrors = set[int](), set[tuple[int, int]]()
     for support in case.named_supports:
@@ -200,7 +203,10 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
 
 
 def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
-    """Return the sides that a support holds only along their normal (symmetry planes); None if it holds other parts."""
+    """Return the sides that a support holds only along their normal, which makes them symmetry planes.
+
+    Each side is given by direction and end. Returns None if the support holds anything else.
+    """
     if len(thing.components) != 1 or isinstance(face.body, CylinderBody):
         on = isinstance(face.body, CylinderBody) and all(
             face.body.selects_axial_plane(thing.where, c) for c in thing.components
@@ -216,9 +222,9 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
 
 
 def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-    """Return the fraction of the full body that the modelled part is, by symmetry planes.
+    """Return the modelled fraction of the full body: one half for each symmetry plane.
 
-    Raises NotApplicable if a symmetry plane misses the axis of the indenter.
+    `at` is the point below the indenter, m. Raises NotApplicable if a symmetry plane does not contain its axis.
     """
     share, body = 1.0, face.body
     for way, end in mirrors:
@@ -231,9 +237,9 @@ def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, i
 
 
 def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
-    """Return whether a rigid body moves along the face while it indents.
+    """Return whether a rigid body moves along the face while it goes deeper.
 
-    One support may do both, or several with different amplitudes.
+    One oblique support may do both, or several supports with different amplitudes. `n` is the normal of the face.
     """
     moving = [s for s in touch.moved if isinstance(at_full_size(s.thing), ByVector)]
     for support in moving:
@@ -252,7 +258,7 @@ def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
 
 
 def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
-    """Return the indentation depth and the displacement along the face of a rigid body at time t, s, both in m."""
+    """Return the displacement of a rigid body along the normal n, and its size along the face, m, at time t, s."""
     total = NONE
     for support in moving:
         full = at_full_size(support.thing)
@@ -266,7 +272,10 @@ def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, flo
 
 @dataclass(frozen=True)
 class Pressing:
-    """Contact pressure of a theory on a face with outward `normal`, by the distance from the first contact point."""
+    """Contact pressure of a theory on a flat face, as a function of the distance from the first contact point `at`, m.
+
+    `normal` is the outward unit normal of the face.
+    """
 
     theory: Any
     at: Vector
@@ -291,19 +300,19 @@ class Pressing:
 
 
 class ContactSetup(TheorySetup):
-    """Setup of the theories of contact, which estimate the error of their forces."""
+    """Base of the setups for theories of contact, which estimate the error of their forces."""
 
     estimates_force_error = True
 
     def warning(self, solution: Any) -> str | None:
-        """Return why a theory is inaccurate for the body, if it neglects a significant effect, else None."""
+        """Return which neglected effect makes the force of the theory inaccurate, and by how much; else None."""
         most = max(solution.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
         if not abs(most[1]) > SAID:
             return None
         return f"it neglects {NEGLECTED[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
 
     def facts(self, solution: Any) -> Mapping[str, Any]:
-        """Return the facts about a theory's solution for the report."""
+        """Return contact area, contact force, errors of neglected effects and radii of a solution for the report."""
         found: dict[str, Any] = {"off": dict(solution.off), "area_m2": solution.area, "push_N": solution.push}
         for name in ("radius", "stick_radius", "most"):
             if hasattr(solution, name):
@@ -312,22 +321,22 @@ class ContactSetup(TheorySetup):
 
 
 class RigidContactSetup(ContactSetup):
-    """Setup of the theories of contact with one rigid body."""
+    """Base of the setups for theories of contact with one rigid body."""
 
     admits_rigid_contact = True
 
     def modelled_fraction(self, mirrors: set[tuple[int, int]]) -> float:
-        """Return the fraction of the problem's body that the scene models, by its symmetry planes."""
+        """Return the fraction of the theory's body that the scene models; `mirrors` are its symmetry planes."""
         return 1.0
 
     def contact_point(self, face: Face, solution: Any) -> Vector:
-        """Return the point, m, at which the contact force acts."""
+        """Return the point, m, at which the resultant contact force acts."""
         return face.middle
 
     def forces(self, case: Case, solution: Any) -> EquilibriumForces:
-        """Return the contact and support forces of a theory, for the modelled part of the full body.
+        """Return the contact force and the support forces of a theory, for the part of the body that the scene models.
 
-        Supports of symmetry planes have no forces.
+        Forces on symmetry planes are not known and are nan.
         """
         touch, face = face_of(case)
         _, mirrors = bonding_and_mirrors(case, face)
@@ -362,7 +371,7 @@ class RigidContactSetup(ContactSetup):
 
 
 class IndentationSetup(RigidContactSetup):
-    """Indentation of a half-space or a layer by a rigid body."""
+    """Makes the problem of a rigid indenter in a half-space or a layer."""
 
     def problem_from(self, reference: Declared, case: Case) -> Indentation:
         touch, face = face_of(case)

@@ -1,4 +1,4 @@
-"""Setup of the direct stiffness method: the frame structure of a case."""
+"""Setup of the direct stiffness method: makes the frame structure of a case."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TAKES = "use gravity, forces and line loads on axes, and torques at points"
 
 
 class FrameSetup(TheorySetup):
-    """Frame of beams under small loads."""
+    """Makes the problem of a frame of beams under small loads."""
 
     def problem_from(self, reference: Declared, case: Case) -> Callable[[], Frame]:
         network = case.shape
@@ -58,16 +58,16 @@ class FrameSetup(TheorySetup):
 
 
 def _interior_selection_values(member: Member, network: Network, support: Declared) -> set[bool]:
-    """Return for sample positions between a member's ends whether a support selects them, as a set.
+    """Return the set of truth values of a support's condition at sample points between the ends of a member.
 
-    Both truth values mean that it selects only a part of the member.
+    Both values in the set mean that the support selects only a part of the member.
     """
     places = (member.centre(k / HELD * member.length) for k in range(1, HELD))
     return {bool(support.thing.where.holds(*place, network.diagonal)) for place in places}
 
 
 class _FrameBuilder:
-    """Builder of a frame, which divides members where forces act and where line loads begin or end."""
+    """Builder of a frame, which divides members at point forces and at the ends of line loads."""
 
     def __init__(self, case: Case, network: Network) -> None:
         self.case, self.network, self.near = case, network, NEAR * network.diagonal
@@ -75,7 +75,7 @@ class _FrameBuilder:
         self.cuts = [self._division_stations(member) for member in network.members]
 
     def _division_stations(self, member: Member) -> list[float]:
-        """Return the stations, m, at which a member is divided, including its ends."""
+        """Return the distances from the start of a member, m, at which the member is divided, including both ends."""
         found = {0.0, 0.5 * member.length, member.length}  # in its middle, as a member may buckle by itself
         for load in self.case.loads:
             action = load.thing.action
@@ -88,10 +88,12 @@ class _FrameBuilder:
         return [0.0, *kept, member.length]
 
     def _station_of_point(self, member: Member, point: Any) -> float | None:
+        """Return the distance of a point from the start of a member, m; None if the point is not on its axis."""
         s, u, v = member.section_coordinates(point)
         return s if math.hypot(u, v) <= self.near and -self.near <= s <= member.length + self.near else None
 
     def _node(self, point: Any) -> int:
+        """Return the number of the node at a point, m; a new node is added if there is none."""
         for i, known in enumerate(self.nodes):
             if math.dist(known, point) <= self.near:
                 return i
@@ -99,7 +101,7 @@ class _FrameBuilder:
         return len(self.nodes) - 1
 
     def frame(self) -> Frame:
-        """Build the frame."""
+        """Return the frame with its divided members, constraints and nodal forces."""
         from softmark.references.frame_theory import Frame
 
         members, starts, own = [], [], []
@@ -121,6 +123,7 @@ class _FrameBuilder:
         )
 
     def _member(self, member: Member, a: float, b: float) -> FrameMember:
+        """Return the part of a member between the stations a and b, m, with stiffness and distributed load."""
         from softmark.references.frame_theory import FrameMember
 
         ends = self._node(member.centre(a)), self._node(member.centre(b))
@@ -145,6 +148,7 @@ class _FrameBuilder:
         return FrameMember(ends, b - a, member.frame(0.0), stiffness, load)
 
     def _is_under_line_load(self, member: Member, line: LineForce, s: float) -> bool:
+        """Return whether a line load acts on a member at station s, m."""
         ends = [self._station_of_point(member, p) for p in (line.begin, line.end)]
         known = [e for e in ends if e is not None]
         return len(known) == 2 and min(known) < s < max(known)
@@ -161,11 +165,13 @@ class _FrameBuilder:
         return found
 
     def _selected_nodes(self, thing: Any) -> list[int]:
-        """Return the numbers of the nodes that a condition selects: joints first, then nodes within members."""
+        """Return the numbers of the nodes that the `where` of a support or load selects: joints before nodes within
+        members.
+        """
         return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
     def _support_constraints(self) -> tuple[Floats, Floats]:
-        """Return constraint rows over the unknowns of the nodes (c, 6 n), and the prescribed values (c,)."""
+        """Return the matrix of linear constraints by supports (c, 6 n), and the prescribed values (c,), m and rad."""
         rows, imposed, taken = [], [], set()
         for support in self.case.supports:
             thing = support.thing
@@ -184,7 +190,10 @@ class _FrameBuilder:
         return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
 
     def _nearest_piece_numbers(self, X: Floats, own: Any, starts: Floats) -> Any:
-        """Return the number of the nearest piece of a member for each point X (n, 3), m, shape (n,)."""
+        """Return the numbers (n,) of the member parts nearest to points X (n, 3), m.
+
+        `own` (p,) is the member of each part, and `starts` (p,), m, the station at which the part begins.
+        """
         whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
         for number in np.unique(whole).tolist():
             here, pieces = whole == number, np.flatnonzero(own == number)
@@ -196,9 +205,9 @@ class _FrameBuilder:
 def _section_property_from_station(
     a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]
 ) -> Callable[[Floats], Floats]:
-    """Return a section property of a member as a function of stations (n,), m, measured from station a.
+    """Return a section property as a function of the distances (n,), m, from station `a` of a member.
 
-    It is computed once if the section is constant.
+    `of` computes the property of one cross-section. For a constant section it is called only once.
     """
     if member.tapered:
         return lambda s: np.array([of(_section(member, a + t)) for t in s.tolist()])
@@ -207,7 +216,7 @@ def _section_property_from_station(
 
 
 def _section(member: Member, s: float) -> Disc | Ring | Rectangle:
-    """Return the cross-section of a member at station s, m; dimensions vary linearly from end to end."""
+    """Return the cross-section of a member at station s, m, with dimensions interpolated between both ends."""
     t = min(max(s / member.length, 0.0), 1.0)
     names = [name for name in ("radius", "inner", "width", "height") if hasattr(member.ends[0], name)]
     at = {name: (1.0 - t) * getattr(member.ends[0], name) + t * getattr(member.ends[1], name) for name in names}

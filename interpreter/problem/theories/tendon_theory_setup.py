@@ -1,4 +1,4 @@
-"""Setup of the theory of a tendon-driven rod."""
+"""Setup of the theory of a tendon-driven rod: makes the rod of a case."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NEAR = 1e-9  # relative to the length: tolerance of the force position
 
 
 class TendonRodSetup(TheorySetup):
-    """Clamped rod that tendons bend."""
+    """Makes the problem of a clamped rod that tendons bend."""
 
     def problem_from(self, reference: Declared, case: Case) -> DrivenRod:
         shape, name = case.shape, case.body.name
@@ -64,7 +64,10 @@ class TendonRodSetup(TheorySetup):
 
 
 def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
-    """Return a right-handed frame along an axis; coordinate axes if it is one of them."""
+    """Return three orthonormal vectors, of which the first is the given axis and the others span the section.
+
+    They are coordinate axes if the given axis is one.
+    """
     i = max(range(3), key=lambda k: abs(axis[k]))
     seed = [0.0, 0.0, 0.0]
     seed[(i + 1) % 3] = 1.0
@@ -76,7 +79,10 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
 
 
 def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
-    """Return the route of a tendon in coordinates of the rod, from its end nearer to the clamp."""
+    """Return the route of a tendon in the coordinates of a rod with this root, m, and frame.
+
+    It begins at the end of the tendon that is nearer to the clamp.
+    """
     ends = []
     for point in (tendon.begin, tendon.end):
         away = [p - r for p, r in zip(point, root, strict=True)]
@@ -86,7 +92,9 @@ def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vec
 
 
 def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
-    """Return the cross-section as declared; for a box, with its height along the third vector of the frame."""
+    """Return the cross-section by the dimensions in the scene; the height of a box lies along the third vector of
+    `frame`.
+    """
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)
     if isinstance(shape, Tube):
@@ -96,14 +104,20 @@ def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Di
 
 
 def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
-    """Return the section stiffnesses EA, GA2, GA3, GJ, EI2 and EI3, independent of the section that models use."""
+    """Return the section stiffnesses EA, GA2, GA3, N, and GJ, EI2, EI3, N m^2, of the rod of a case.
+
+    Models compute their own, so that a mistake there shows as a difference from the theory.
+    """
     return section_stiffness(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
 
 
 def section_stiffness(
     section: Disc | Ring | Rectangle, E: float, nu: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return the stiffnesses EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
+    """Return the stiffnesses EA, GA2, GA3, N, and GJ, EI2, EI3, N m^2, of a section with Young's modulus E, Pa.
+
+    The height of a rectangle lies along its second axis.
+    """
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area
     about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment

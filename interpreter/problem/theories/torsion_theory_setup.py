@@ -1,4 +1,4 @@
-"""Setup of the theory of torsion of a cylinder, and the forces of the theory."""
+"""Setup of the theory of torsion of a rubber cylinder, and the reactions that the theory gives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REMEDY = "hold one end with `fixed(...)` and rotate the other with `rotated(...)
 
 
 class TorsionSetup(TheorySetup):
-    """Torsion of a solid rubber cylinder."""
+    """Makes the problem of a solid rubber cylinder that is held at one end and twisted at the other."""
 
     def problem_from(self, reference: Declared, case: Case) -> TwistedCylinder:
         shape, name = case.shape, case.body.name
@@ -46,7 +46,7 @@ class TorsionSetup(TheorySetup):
         return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
     def forces(self, case: Case, solution: TwistedCylinder) -> EquilibriumForces:
-        """Return the reaction forces and moments of the theory."""
+        """Return the reaction forces and moments of both supports, and the elastic energy, by the theory."""
         found, none = {}, (0.0, 0.0, 0.0)
         for support in case.supports:
             turned = isinstance(support.thing, Rotated)
@@ -59,7 +59,10 @@ class TorsionSetup(TheorySetup):
 
 
 def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
-    """Return the held end (0 is the root), and the rotation of the other end. Raises NotApplicable."""
+    """Return the number of the fixed end (0 is the root), and the support that rotates the other end.
+
+    Raises NotApplicable.
+    """
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing
