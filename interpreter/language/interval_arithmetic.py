@@ -40,8 +40,7 @@ class ValueBounds:
         """Return bounds `low` and `high` (n,) of a function that is undefined also outside its domain.
 
         The mask `may` (n,) is true where the value may lie outside the domain, `none` (n,) where it lies outside
-        everywhere in
-        the box.
+        everywhere in the box.
         """
         return _make_bounds(low, high, self.may | may | none, self.none | none)
 

@@ -117,9 +117,9 @@ def solve_model(work: StateRun, name: str) -> None:
     )
     work.warn(stress_warnings(work.scene, work.views[name], prepared), once=True)
     if solution.step_errors is not None and solution.displacement is not None:
-        from softmark.interpreter.verification.motion_errors import step_warnings
+        from softmark.interpreter.verification.motion_errors import time_step_warnings
 
-        work.warn((), here=step_warnings(work.scene, declared, work.views[name], solution.notes))
+        work.warn((), here=time_step_warnings(work.scene, declared, work.views[name], solution.notes))
     if case.contacts:
         from softmark.interpreter.verification.contact_warnings import (
             contradiction_warnings,

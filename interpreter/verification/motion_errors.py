@@ -70,10 +70,10 @@ def time_step_error_of(view: View, metric: Metric | None, probe: ProbeResult | N
     last = metric is not None and metric.last
     X, u = (probe.points[-1:], probe.course[:, -1:]) if last else (probe.points, probe.course)
     along = None if metric is None else metric.direction
-    shapes = [_component(np.asarray(shape(X)), along) for shape in found.shapes]
+    shapes = [_component_along(np.asarray(shape(X)), along) for shape in found.shapes]
     motion = sum(np.multiply.outer(q, s) for q, s in zip(modes.motion.T, shapes, strict=True))
     error = sum(np.multiply.outer(q, s) for q, s in zip(modes.error.T, shapes, strict=True))
-    return _compare_motions(_component(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
+    return _compare_motions(_component_along(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
 
 
 def _compare_motions(
@@ -85,7 +85,7 @@ def _compare_motions(
     `shapes` are the modes at the same points. The error is taken at the last time if `at_end`, else averaged over time.
     Returns None if vibrations are a negligible part of the motion.
     """
-    own, swing = _largest(motion), _largest(u)
+    own, swing = _largest_norm(motion), _largest_norm(u)
     if own <= UNSEEN * swing or swing == 0.0:
         return None
     off = float(np.linalg.norm(error[-1])) if at_end else float(np.sqrt((error**2).mean(axis=0).sum()))
@@ -101,12 +101,12 @@ def _is_about_motion(metric: Metric | None) -> bool:
     return metric is None or isinstance(metric, DisplacementMetric) or metric.unit in ("m", "1", "s")
 
 
-def _component(u: Floats, along: tuple[float, float, float] | None) -> Floats:
+def _component_along(u: Floats, along: tuple[float, float, float] | None) -> Floats:
     """Return the component of displacements u (..., 3), m, along a unit vector; all components if it is None."""
     return u if along is None else u @ np.asarray(along)
 
 
-def _largest(u: Floats) -> float:
+def _largest_norm(u: Floats) -> float:
     """Return the largest norm of a motion u (t, ...) over all its times."""
     return float(np.sqrt((u.reshape(len(u), -1) ** 2).sum(axis=1)).max(initial=0.0))
 
@@ -119,7 +119,7 @@ def _dominant_period(frequencies: Floats, shares: Floats) -> float:
 # ------------------------------------------------------------------ warnings
 
 
-def step_warnings(
+def time_step_warnings(
     scene: Scene, declared: Declared, view: View, notes: tuple[Diagnostic, ...]
 ) -> tuple[Diagnostic, ...]:
     """Return the warning W420 if the time step of a model causes too large errors in metrics; else an empty tuple.

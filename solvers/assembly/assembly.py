@@ -36,8 +36,8 @@ class Assembly:
         `points` (dofs / 3, 3), m, are given only if the unknowns are three displacements of each point.
         """
         self.dofs = dofs
-        inner = internal if isinstance(internal, Mapping) else numbered("cells", internal)
-        outer = loads if isinstance(loads, Mapping) else numbered("load", loads)
+        inner = internal if isinstance(internal, Mapping) else number_energies("cells", internal)
+        outer = loads if isinstance(loads, Mapping) else number_energies("load", loads)
         self.names = tuple(inner), tuple(outer)
         self.internal, self.loads = tuple(inner.values()), tuple(outer.values())
         self.free = free_dofs(dofs, fixed)
@@ -53,7 +53,7 @@ class Assembly:
         other.internal = tuple(internal)
         return other
 
-    def acting(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
+    def with_internal_and_loads(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
         """Return a copy with other internal energies and other loads on the same degrees of freedom and sparsity
         pattern.
         """
@@ -99,9 +99,9 @@ class Assembly:
             [others.get(name, e) for name, e in zip(names, energies, strict=True)]
             for names, energies in zip(self.names, (self.internal, self.loads), strict=True)
         )
-        return self.with_internal(internal).joined(loads)
+        return self.with_internal(internal).with_loads(loads)
 
-    def joined(self, loads: Sequence[Energy]) -> Assembly:
+    def with_loads(self, loads: Sequence[Energy]) -> Assembly:
         """Return a copy with other loads, which may act on other degrees of freedom.
 
         The sparsity pattern stays the same, and the new loads must lie within it.
@@ -112,11 +112,11 @@ class Assembly:
         for i, (old, new) in enumerate(zip(self.loads, loads, strict=True), len(self.internal)):
             if not np.array_equal(old.stencils, new.stencils):
                 slots[i] = self.pattern.places(number, new.stencils)
-        other = self.acting(self.internal, loads)
+        other = self.with_internal_and_loads(self.internal, loads)
         other.pattern = replace(self.pattern, slots=tuple(slots))
         return other
 
-    def modes(self) -> Floats | None:
+    def rigid_body_modes(self) -> Floats | None:
         """Return the six rigid body modes of the f free degrees of freedom, shape (f, 6).
 
         Return None if the degrees of freedom are not known to be displacements of points.
@@ -193,6 +193,6 @@ class Assembly:
         return min((e.limit(x, d) for e in each), default=1.0)
 
 
-def numbered(name: str, energies: Sequence[Energy]) -> dict[str, Energy]:
+def number_energies(name: str, energies: Sequence[Energy]) -> dict[str, Energy]:
     """Return energies by a name with their index: `cells 0`, `cells 1`. No name of a scene contains a space."""
     return {f"{name} {number}": energy for number, energy in enumerate(energies)}

@@ -16,12 +16,10 @@ if TYPE_CHECKING:
 class FrictionState:
     """Friction history of one contact after an equilibrium has been solved.
 
-    `anchors` are the points at which the surface last stuck: for contact with a rigid body an array (m, 3), m, on the
-    rigid
-    body in its declared position, one for each of the `points` of the surface; for contact between deformable surfaces
-    a
-    `FrictionHistory` (deformable_friction.py). `slid` (m,), m, is the accumulated slip of each point. `work`, J, is all
-    heat of friction so far, and `now`, J, is the heat of this equilibrium only.
+    `anchors` are the points at which the surface last stuck: for contact with a rigid body an array (m, 3), m,
+    on the rigid body in its declared position, one for each of the `points` of the surface; for contact between
+    deformable surfaces a `FrictionHistory` (deformable_friction.py). `slid` (m,), m, is the accumulated slip of
+    each point. `work`, J, is all heat of friction so far, and `now`, J, is the heat of this equilibrium only.
     """
 
     anchors: Any
@@ -35,10 +33,9 @@ class FrictionState:
 class InteractionState:
     """State of one contact or tie after an equilibrium has been solved.
 
-    `body` is the rigid body in its present position, None between deformable surfaces. `stiffening` is the factor by
-    which
-    the barrier has become stiffer. `added` are contact points that were added inside facets. `friction` is None without
-    friction.
+    `body` is the rigid body in its present position, None between deformable surfaces. `stiffening` is the
+    factor by which the barrier has become stiffer. `added` are contact points that were added inside facets.
+    `friction` is None without friction.
     """
 
     body: Gap | None = None

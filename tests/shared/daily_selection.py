@@ -32,7 +32,7 @@ LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day
 )
 
 
-def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
+def tests_not_run_today(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
     """Return the slow tests that do not run today. `scene_of` maps the id of a test to the name of its scene."""
     today = DAY.toordinal()
     sweeps: dict[str, list[pytest.Item]] = defaultdict(list)

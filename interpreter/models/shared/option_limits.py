@@ -20,8 +20,7 @@ class OptionLimits:
     """Allowed values of model options in a scene with some feature, and the error about any other value.
 
     `allowed` maps the name of an option to its allowed values, of which the first is the default. The texts are
-    templates
-    with the fields model, body, name (of the declaration with the feature), option and value.
+    templates with the fields model, body, name (of the declaration with the feature), option and value.
     """
 
     allowed: Mapping[str, tuple[Any, ...]]
@@ -30,7 +29,7 @@ class OptionLimits:
     label: str
     help: str = "leave it out"
 
-    def errors(self, declared: Declared, case: Case, name: str = "") -> Iterator[Diagnostic]:
+    def excluded_value_errors(self, declared: Declared, case: Case, name: str = "") -> Iterator[Diagnostic]:
         """Yield an error for each option of a declared model whose value is not allowed.
 
         `name` is the name of the declaration with the feature, such as a contact, for the text of the error.

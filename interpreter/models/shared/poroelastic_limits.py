@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
+ANALYSIS_EXAMPLE = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
@@ -31,7 +31,7 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
             "not in plane stress",
             "use `plane_strain`, a `solid` as thick as the plate, or only the drained law",
         )
-    elif problem := next(filter(None, map(_invalid_material, case.typical)), None):
+    elif problem := next(filter(None, map(_material_problem, case.typical)), None):
         yield diagnostic(
             "E370",
             case.body.at("material"),
@@ -46,7 +46,7 @@ def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     if not isinstance(case.analysis, Quasistatic):
         yield diagnostic("E373", declared.at(), f"`{case.body.name}` is poroelastic, which needs a "
                                                 "quasistatic analysis", "needs a quasistatic analysis",
-                         f"write {TIMED}, or use only the drained law")  # fmt: skip
+                         f"write {ANALYSIS_EXAMPLE}, or use only the drained law")  # fmt: skip
     elif case.parts or not case.uniform or getattr(case.material.law, "turning", False):
         yield diagnostic(
             "E375",
@@ -56,10 +56,10 @@ def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
             "remove the regions and fields of the body",
         )
     else:
-        yield from _refuse_solid_options(declared, case)
+        yield from _solid_option_errors(declared, case)
 
 
-def _invalid_material(material: Any) -> tuple[str, str, str] | None:
+def _material_problem(material: Any) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a material; None if the material is valid."""
     if not porous(material):
         return None
@@ -80,7 +80,7 @@ def _invalid_material(material: Any) -> tuple[str, str, str] | None:
     return None
 
 
-def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _solid_option_errors(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of a finite element model, supports and plane stress that do not allow pore fluid.
 
     Also yields the warning W395 about a body from which no fluid can leave.
@@ -96,7 +96,7 @@ def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic
             "no Taylor-Hood element",
             help,
         )
-    yield from POROELASTIC_OPTIONS.errors(declared, case)
+    yield from POROELASTIC_OPTIONS.excluded_value_errors(declared, case)
     if model.strain == "corotational":
         yield diagnostic(
             "E374",

@@ -212,10 +212,8 @@ def choose_quadrature(mesh: Mesh, functions: FunctionsOfConstants, own: Rule, ma
     """Return quadrature points with values of constants that vary within the cells of a mesh.
 
     `own` is the quadrature of the element, kept in cells where it is accurate enough. `mass` states whether the
-    integrand
-    is that of the mass matrix instead of the stiffness. The result contains the integration errors, and is cached in
-    the mesh. Raises the errors of
-    evaluating a constant.
+    integrand is that of the mass matrix instead of the stiffness. The result contains the integration errors, and is
+    cached in the mesh. Raises the errors of evaluating a constant.
     """
     key = key_of(functions, own, mass)
     if key not in mesh.selections:

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.energies.energy import Floats
 
-TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
-TOGETHER = 1e-9  # rounding of the sum of relaxing fractions, which may not exceed one
-FALLS = 1e-3  # of the dissipated energy: a smaller decrease causes no warning
-ROUNDED = 1e-7  # of the work: error of the dissipated energy due to the solver tolerance
-COARSE = 0.5  # of a relaxation time: longer time steps do not resolve it
+ANALYSIS_EXAMPLE = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
+SUM_TOLERANCE = 1e-9  # rounding of the sum of relaxing fractions, which may not exceed one
+DECREASE_TOLERANCE = 1e-3  # of the dissipated energy: a smaller decrease causes no warning
+SOLVER_TOLERANCE = 1e-7  # of the work: error of the dissipated energy due to the solver tolerance
+LARGEST_STEP = 0.5  # of a relaxation time: longer time steps do not resolve it
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
     """Yield the error about an invalid Prony series of a case."""
-    bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscoelastic)]
+    bad = [_prony_series_problem(material) for material in case.materials if isinstance(material, Viscoelastic)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
                                                            f"invalid: {problem[0]}",
@@ -40,14 +40,14 @@ def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     if not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
                                                 "analysis over time", "needs an analysis over time",
-                         f"write {TIMED}, or use only the elastic law")  # fmt: skip
+                         f"write {ANALYSIS_EXAMPLE}, or use only the elastic law")  # fmt: skip
     else:
-        yield from _incompatible_options(declared, case)
+        yield from _incompatible_option_errors(declared, case)
         yield from (_check_solid if declared.thing.mesh_key() is not None else _check_beam)(declared, case)
         yield from _time_step_warnings(case)
 
 
-def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
+def _prony_series_problem(material: Viscoelastic) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a Prony series; None if the series is valid."""
     g, tau = material.g.values, material.tau.values
     if isinstance(material.law, Viscoelastic):
@@ -56,14 +56,14 @@ def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
         shares, times = (f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((len(g), "share"), (len(tau), "time")))
         return (f"it has {shares} and {times}", "numbers differ",
                 "write as many of each: `g = [0.3, 0.2], tau = [1, 10] s`")  # fmt: skip
-    if sum(g) > 1.0 + TOGETHER:
+    if sum(g) > 1.0 + SUM_TOLERANCE:
         return f"the sum of its shares is {sum(g):.3g}", "greater than 1", "write shares whose sum is at most 1"
     return None
 
 
-def _incompatible_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _incompatible_option_errors(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of the model and for rotating supports, which viscoelastic bodies do not support."""
-    yield from VISCOELASTIC_OPTIONS.errors(declared, case)
+    yield from VISCOELASTIC_OPTIONS.excluded_value_errors(declared, case)
     if any(support.thing.turns for support in case.supports):
         support = next(s for s in case.supports if s.thing.turns)
         yield diagnostic(
@@ -150,7 +150,7 @@ def _time_step_warnings(case: Case) -> Iterator[Diagnostic]:
     """Yield a warning if the time step is too long to resolve the shortest relaxation time of the body."""
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
-    fast = [tau for tau in times if analysis.step > COARSE * tau]
+    fast = [tau for tau in times if analysis.step > LARGEST_STEP * tau]
     if fast and (case.loads or any(support.thing.amplitude is not None for support in case.supports)):
         shown = units.format_value(float(f"{min(fast):.4g}"), units.TIME)
         yield diagnostic(
@@ -166,8 +166,7 @@ def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown:
     """Yield a warning if the dissipated energy of a viscoelastic model is not known, or decreases in time.
 
     `lost` (t,), J, is the dissipated energy at each time, and `unknown` states that the model cannot compute it.
-    `work`, J,
-    is the scale of the energies, from which the tolerance is taken.
+    `work`, J, is the scale of the energies, from which the tolerance is taken.
     """
     from softmark.solvers.energies.viscoelastic_memory import largest_decrease
 
@@ -178,7 +177,7 @@ def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown:
                                                         "law, for rubber with `of = shape`")  # fmt: skip
         return
     fall, most = largest_decrease(lost), float(abs(lost).max())
-    if fall <= FALLS * most + ROUNDED * work:
+    if fall <= DECREASE_TOLERANCE * most + SOLVER_TOLERANCE * work:
         return
     yield diagnostic(
         "W368",

@@ -84,15 +84,15 @@ def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
             case SurfaceTraction(where=where, traction=traction):
                 if single_selected_end(where, case.prism) != free:
                     raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole free end", REMEDY)
-                force += _component(load, traction, axis)
+                force += _axial_component(load, traction, axis)
             case BodyForce(acceleration=g):
-                pull += _component(load, g, axis)
+                pull += _axial_component(load, g, axis)
             case _:
                 raise NotApplicable(f"the load `{load.name}` is neither a traction nor gravity", REMEDY)
     return force, pull
 
 
-def _component(load: Declared, vector: Any, axis: Any) -> float:
+def _axial_component(load: Declared, vector: Any, axis: Any) -> float:
     """Return the component of a load's vector along the axis. Raises NotApplicable if it has a lateral component."""
     if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
         raise NotApplicable(f"the load `{load.name}` does not act along the axis", REMEDY)
@@ -102,9 +102,8 @@ def _component(load: Declared, vector: Any, axis: Any) -> float:
 def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
     """Return a material constant as a function of the distance from the held end, m: arrays (n,) to arrays (n,).
 
-    Files with values are read only when the function is first called. Raises NotApplicable if the constant varies over
-    a
-    cross-section.
+    Files with values are read only when the function is first called. Raises NotApplicable if the constant varies
+    over a cross-section.
     """
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)

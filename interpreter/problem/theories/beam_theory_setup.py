@@ -36,7 +36,7 @@ class CantileverSetup(TheorySetup):
                           "add a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
         root, axis = clamped_end(case)
         young = reference.thing.own_young or case.material.young
-        return Cantilever(shape.length, _section(case), young, case.material.poisson,
+        return Cantilever(shape.length, _declared_cross_section(case), young, case.material.poisson,
                           case.material.density, root, axis, case.gravity)  # fmt: skip
 
 
@@ -62,7 +62,7 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
     return end_frame(shape, clamped[0])
 
 
-def _section(case: Case) -> Disc | Ring | Rectangle:
+def _declared_cross_section(case: Case) -> Disc | Ring | Rectangle:
     """Return the cross-section by the radii of the scene, or by the side lengths of its box.
 
     Models compute their sections elsewhere, so that a mistake in their sections shows as a difference from the theory.

@@ -46,8 +46,7 @@ class Face:
     """Flat face of a body: the face normal to x, y or z of a box, or an end of a cylinder.
 
     `way` is the direction of the normal: 0, 1 or 2 for x, y or z. `end` is 0 for the low face or the root of a
-    cylinder, 1
-    for the opposite face.
+    cylinder, 1 for the opposite face.
     """
 
     body: BoxBody | CylinderBody
@@ -90,7 +89,7 @@ class Face:
         """Return the `end` numbers of those of this face and its opposite face that a condition selects exactly."""
         return self.body.selected_faces(where, self.way)
 
-    def over(self, low: Vector, high: Vector) -> bool:
+    def is_overlapped_by_box(self, low: Vector, high: Vector) -> bool:
         """Return whether a box, seen along the normal, overlaps the face. `low` and `high` are its corners, m."""
         own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
@@ -120,7 +119,7 @@ class Face:
 # ------------------------------------------------------------------ contact and supports of the scene
 
 
-def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
+def contact_and_face(case: Case) -> tuple[RigidBodyContact, Face]:
     """Return the only contact of a case, and the face that its rigid body approaches. Raises NotApplicable."""
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "use a static analysis")
@@ -137,14 +136,14 @@ def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
     touch, body = case.contacts[0], box_or_cylinder_body(case)
     ways = (0,) if isinstance(body, CylinderBody) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
     for face in (Face(body, way, end) for way in ways for end in (0, 1)):
-        if _is_above(touch, face):
+        if _is_above_face(touch, face):
             return touch, face
     raise NotApplicable(
         f"`{touch.rigid.name}` is not above a flat face of `{case.body.name}`", "start with a gap above a flat face"
     )
 
 
-def _is_above(touch: RigidBodyContact, face: Face) -> bool:
+def _is_above_face(touch: RigidBodyContact, face: Face) -> bool:
     """Return whether the rigid body of a contact lies on the outer side of a face and over it."""
     shape, n = touch.rigid.thing.shape, face.normal
     normal = getattr(shape, "normal", None)
@@ -154,7 +153,7 @@ def _is_above(touch: RigidBodyContact, face: Face) -> bool:
         return False
     low, high = shape.bounds
     x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
-    return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
+    return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.is_overlapped_by_box(low, high)
 
 
 def rigid_displacement(touch: RigidBodyContact) -> Vector:
@@ -271,7 +270,7 @@ def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, flo
 
 
 @dataclass(frozen=True)
-class Pressing:
+class RadialContactPressure:
     """Contact pressure of a theory on a flat face, as a function of the distance from the first contact point `at`, m.
 
     `normal` is the outward unit normal of the face.
@@ -338,7 +337,7 @@ class RigidContactSetup(ContactSetup):
 
         Forces on symmetry planes are not known and are nan.
         """
-        touch, face = face_of(case)
+        touch, face = contact_and_face(case)
         _, mirrors = bonding_and_mirrors(case, face)
         share = self.modelled_fraction(mirrors)
         n, at = face.normal, self.contact_point(face, solution)
@@ -364,7 +363,11 @@ class RigidContactSetup(ContactSetup):
             moment = add_multiples(own, (1.0, cross(far, carried))) if full else unknown
             found[support.name] = Reaction(carried, moment, far, own)
         work = {load.name: None for load in case.loads}
-        there = Pressing(solution, at, n, case.planar == "plane_strain") if hasattr(solution, "pressure") else None
+        there = (
+            RadialContactPressure(solution, at, n, case.planar == "plane_strain")
+            if hasattr(solution, "pressure")
+            else None
+        )
         touched = Touched(share * solution.area, solution.largest_pressure, solution.gap, field=there)
         return EquilibriumForces(found, work, math.nan, dissipated=share * getattr(solution, "dissipated", 0.0),
                       touches={touch.name: touched}, off=sum(map(abs, solution.off.values())))  # fmt: skip
@@ -374,7 +377,7 @@ class IndentationSetup(RigidContactSetup):
     """Makes the problem of a rigid indenter in a half-space or a layer."""
 
     def problem_from(self, reference: Declared, case: Case) -> Indentation:
-        touch, face = face_of(case)
+        touch, face = contact_and_face(case)
         for load in case.loads:
             raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")
         n = face.normal

@@ -54,7 +54,7 @@ class FrameSetup(TheorySetup):
                 raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
             if any(len(_interior_selection_values(member, network, support)) == 2 for member in network.members):
                 raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
-        return lambda: _FrameBuilder(case, network).frame()
+        return lambda: _FrameBuilder(case, network).build_frame()
 
 
 def _interior_selection_values(member: Member, network: Network, support: Declared) -> set[bool]:
@@ -92,7 +92,7 @@ class _FrameBuilder:
         s, u, v = member.section_coordinates(point)
         return s if math.hypot(u, v) <= self.near and -self.near <= s <= member.length + self.near else None
 
-    def _node(self, point: Any) -> int:
+    def _find_or_add_node(self, point: Any) -> int:
         """Return the number of the node at a point, m; a new node is added if there is none."""
         for i, known in enumerate(self.nodes):
             if math.dist(known, point) <= self.near:
@@ -100,18 +100,18 @@ class _FrameBuilder:
         self.nodes.append(tuple(point))
         return len(self.nodes) - 1
 
-    def frame(self) -> Frame:
+    def build_frame(self) -> Frame:
         """Return the frame with its divided members, constraints and nodal forces."""
         from softmark.references.frame_theory import Frame
 
         members, starts, own = [], [], []
         for number, (member, cuts) in enumerate(zip(self.network.members, self.cuts, strict=True)):
             for a, b in pairwise(cuts):
-                members.append(self._member(member, a, b))
+                members.append(self._build_member(member, a, b))
                 starts.append(a)
                 own.append(number)
         held, imposed = self._support_constraints()
-        forces = self._forces()
+        forces = self._nodal_forces()
         pieces = np.array(own), np.array(starts)
         return Frame(
             np.array(self.nodes),
@@ -122,11 +122,11 @@ class _FrameBuilder:
             lambda X: self._nearest_piece_numbers(X, *pieces),
         )
 
-    def _member(self, member: Member, a: float, b: float) -> FrameMember:
+    def _build_member(self, member: Member, a: float, b: float) -> FrameMember:
         """Return the part of a member between the stations a and b, m, with stiffness and distributed load."""
         from softmark.references.frame_theory import FrameMember
 
-        ends = self._node(member.centre(a)), self._node(member.centre(b))
+        ends = self._find_or_add_node(member.centre(a)), self._find_or_add_node(member.centre(b))
         lines = [
             load.thing.action
             for load in self.case.loads
@@ -153,13 +153,13 @@ class _FrameBuilder:
         known = [e for e in ends if e is not None]
         return len(known) == 2 and min(known) < s < max(known)
 
-    def _forces(self) -> Floats:
+    def _nodal_forces(self) -> Floats:
         """Return the nodal forces and moments (n, 6), N and N m."""
         found = np.zeros((len(self.nodes), 6))
         for load in self.case.loads:
             match load.thing.action:
                 case PointLoad(at=at, force=force):
-                    found[self._node(at), :3] += force
+                    found[self._find_or_add_node(at), :3] += force
                 case MomentLoad(moment=moment) as action:
                     found[self._selected_nodes(action)[0], 3:] += moment
         return found
@@ -210,12 +210,12 @@ def _section_property_from_station(
     `of` computes the property of one cross-section. For a constant section it is called only once.
     """
     if member.tapered:
-        return lambda s: np.array([of(_section(member, a + t)) for t in s.tolist()])
-    same = np.array(of(_section(member, a)))
+        return lambda s: np.array([of(_cross_section_at(member, a + t)) for t in s.tolist()])
+    same = np.array(of(_cross_section_at(member, a)))
     return lambda s: np.broadcast_to(same, (len(s), *same.shape))
 
 
-def _section(member: Member, s: float) -> Disc | Ring | Rectangle:
+def _cross_section_at(member: Member, s: float) -> Disc | Ring | Rectangle:
     """Return the cross-section of a member at station s, m, with dimensions interpolated between both ends."""
     t = min(max(s / member.length, 0.0), 1.0)
     names = [name for name in ("radius", "inner", "width", "height") if hasattr(member.ends[0], name)]

@@ -44,7 +44,7 @@ LARGE = "it assumes small strains and rotations, but they reach {:.3g} %: a body
 PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and no other load"
 
 
-def _hookean(material: LinearElastic, case: Case) -> Hookean:
+def _elastic_constants(material: LinearElastic, case: Case) -> Hookean:
     """Return the elastic constants of a material; for plane stress, the equivalent ones for plane strain."""
     nu = material.poisson
     return Hookean(material.shear_modulus, nu / (1.0 + nu) if case.planar == "plane_stress" else nu)
@@ -80,10 +80,10 @@ def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
         raise NotApplicable(
             f"`{name}` has {len(case.parts) or 'no'} regions of other materials", "declare exactly one inclusion"
         )
-    return _radius(case.parts[0], shape), shape.radius, shape.origin
+    return _inclusion_radius(case.parts[0], shape), shape.radius, shape.origin
 
 
-def _radius(part: Declared, shape: Sphere) -> float:
+def _inclusion_radius(part: Declared, shape: Sphere) -> float:
     """Return the radius, m, of a region that is a sphere around the centre of the ball. Raises NotApplicable."""
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
@@ -153,7 +153,7 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
                       "use `symmetric(...)` on the planes of a part of a ball or a ring")  # fmt: skip
 
 
-def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
+def _applied_stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
     """Return the normal stresses, Pa, along x, y and z that loads apply on the outer border. Raises NotApplicable."""
     total = [0.0, 0.0, 0.0]
     for load in case.loads:
@@ -249,11 +249,18 @@ class InclusionSetup(TheorySetup):
         inner, outer, centre = self.radii_and_centre(case)
         planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
         check_symmetry_supports(case, planes, centre, outer)
-        stress = _stress(case, inner, outer, centre)
-        core = _hookean(case.parts[0].thing.material, case) if case.parts else None
+        stress = _applied_stress(case, inner, outer, centre)
+        core = _elastic_constants(case.parts[0].thing.material, case) if case.parts else None
         thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
         return BodyWithRoundCore(
-            self.dimensions, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin
+            self.dimensions,
+            core,
+            _elastic_constants(case.body.thing.material, case),
+            inner,
+            outer,
+            stress,
+            centre,
+            thin,
         )
 
     def radii_and_centre(self, case: Case) -> tuple[float, float, Vector3]:

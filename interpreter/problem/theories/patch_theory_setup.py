@@ -121,7 +121,7 @@ def block_pile_of(case: Case) -> BlockPile:
     if not isinstance(case.shape, DisjointShapes):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
     thickness = case.body.thing.thickness if case.planar else 0.0
-    found = [box_body_of_shape(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
+    found = [box_body_of_shape(piece, thickness, bool(case.depth)) for piece in _single_shapes(case.shape)]
     blocks = [block for block in found if block is not None]
     if len(blocks) < len(found):
         raise NotApplicable(f"`{name}` has pieces that are not boxes or upright rectangles", PIECES)
@@ -142,11 +142,11 @@ def block_pile_of(case: Case) -> BlockPile:
     return BlockPile(case, tuple(order), way, order.index(first))
 
 
-def _pieces(shape: Any) -> tuple[Any, ...]:
+def _single_shapes(shape: Any) -> tuple[Any, ...]:
     """Return the single shapes of a `disjoint(...)` shape, in the order of the scene."""
     if not isinstance(shape, DisjointShapes):
         return (shape,)
-    return tuple(piece for half in shape.pair for piece in _pieces(half))
+    return tuple(piece for half in shape.pair for piece in _single_shapes(half))
 
 
 def _block_without_ends(piled: BlockPile, number: int) -> BoxBody:
@@ -346,7 +346,7 @@ def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
 
 
 @dataclass(frozen=True)
-class Pressing:
+class JointPressure:
     """Uniform contact pressure on the joints of a stack, Pa, by the number of the block below each joint."""
 
     piled: BlockPile
@@ -485,7 +485,7 @@ class PatchTestSetup(ContactSetup):
                     sum(map(solution.joint_contact_area, numbers)),
                     max(pressures.values(), default=0.0),
                     solution.left,
-                    field=Pressing(piled, pressures),
+                    field=JointPressure(piled, pressures),
                 )
         work = {load.name: None for load in case.loads}
         return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, solution.off.values())))

@@ -38,12 +38,11 @@ Body = BoxBody | CylinderBody
 
 
 @dataclass(frozen=True)
-class Ends:
+class HeldAndDrivenEnds:
     """Held end and driven end of a body, normal to its axis; a support moves the driven end, or a load acts on it.
 
-    `way` is the direction of the axis: 0, 1 or 2 for x, y or z. `driving` is the support or load, and `force` is True
-    for a
-    load. `amount` is the axial displacement, m, or traction, Pa, positive outward.
+    `way` is the direction of the axis: 0, 1 or 2 for x, y or z. `driving` is the support or load, and `force`
+    is True for a load. `amount` is the axial displacement, m, or traction, Pa, positive outward.
     """
 
     body: Body
@@ -83,7 +82,7 @@ class Ends:
         return self.body.selected_faces(where, self.way)
 
 
-def _analysis(case: Case) -> Quasistatic:
+def _quasistatic_analysis(case: Case) -> Quasistatic:
     """Return the quasistatic analysis of a case with one material. Raises NotApplicable."""
     if not isinstance(case.analysis, Quasistatic):
         raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
@@ -94,7 +93,7 @@ def _analysis(case: Case) -> Quasistatic:
     return case.analysis
 
 
-def _ends(case: Case, remedy: str) -> Ends:
+def _find_ends(case: Case, remedy: str) -> HeldAndDrivenEnds:
     """Return the held and the driven end of a case. Raises NotApplicable with `remedy` as its advice."""
     body = box_or_cylinder_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
@@ -117,16 +116,15 @@ def _ends(case: Case, remedy: str) -> Ends:
     return _ends_along(case, body, ways[0], driving, vector, remedy)
 
 
-def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
+def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> HeldAndDrivenEnds:
     """Return the held and the driven end of a body whose axis has the direction `way`, 0 to 2.
 
     `driving` is the support or load that drives one end with the displacement or traction `vector`. Raises
-    NotApplicable
-    with `remedy` as its advice.
+    NotApplicable with `remedy` as its advice.
     """
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
-    ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
+    ends = HeldAndDrivenEnds(body, way, 0, driving, force, 0.0)  # held end and amount are found below
     driven = ends.selected_ends(where)
     if len(driven) != 1:
         raise NotApplicable(f"`{driving.name}` does not act on exactly one whole end face", remedy)
@@ -156,7 +154,7 @@ def _displacement_or_traction(declared: Declared) -> Vector:
     return thing.action.traction
 
 
-def _are_sides_held(case: Case, ends: Ends) -> bool:
+def _are_sides_held(case: Case, ends: HeldAndDrivenEnds) -> bool:
     """Return whether supports prevent lateral motion, either of all sides or of the whole body."""
     body = ends.body
     across = [c for c in range(3) if c != ends.way]
@@ -193,7 +191,7 @@ def _check_no_fluid_pressure(case: Case) -> None:
         raise NotApplicable("no face lets fluid through", "add `drained(...)`")
 
 
-def _open_ends(case: Case, ends: Ends) -> Drains:
+def _open_ends(case: Case, ends: HeldAndDrivenEnds) -> Drains:
     """Return which ends are drained, "held", "driven" or "both". Raises NotApplicable if other surfaces are drained."""
     _check_no_fluid_pressure(case)
     found: set[int] = set()
@@ -209,11 +207,11 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
 # ------------------------------------------------------------------ problems of the theories
 
 
-def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, Ends, Drains]:
+def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, HeldAndDrivenEnds, Drains]:
     """Return the analysis, the ends of the column, and which ends are drained. Raises NotApplicable if the sides can
     move.
     """
-    analysis, ends = _analysis(case), _ends(case, DRIVE)
+    analysis, ends = _quasistatic_analysis(case), _find_ends(case, DRIVE)
     if not _are_sides_held(case, ends):
         raise NotApplicable(f"the sides of `{case.body.name}` can move", SIDES)
     return analysis, ends, _open_ends(case, ends)
@@ -252,7 +250,7 @@ def _open_faces(case: Case, body: BoxBody, axis: int) -> set[int]:
 
 
 @dataclass(frozen=True)
-class Fluid:
+class FluidResults:
     """Fluid results of a theory: the pore pressure, and the outflow through each support, m^3."""
 
     theory: Any
@@ -270,7 +268,7 @@ class Fluid:
         return float(self.theory.pressure(np.array([point]))[0])
 
 
-def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
+def _outflows(case: Case, ends: HeldAndDrivenEnds, theory: Any) -> dict[str, float]:
     """Return the outflow through each drained support, m^3, by its name.
 
     With two drained ends, each has half the outflow. An end that several supports select is counted once.
@@ -295,7 +293,7 @@ class PorousSetup(TheorySetup):
         """Return the axial reaction forces and the fluid results of a theory; lateral forces are nan, because it gives
         none.
         """
-        ends = _ends(case, DRIVE)
+        ends = _find_ends(case, DRIVE)
         none, found = (0.0, 0.0, 0.0), {}
         unknown = (math.nan, math.nan, math.nan)
         for support in case.supports:
@@ -313,7 +311,7 @@ class PorousSetup(TheorySetup):
         found |= {own.name: nothing for own in (*case.beds, *case.drains)}
         work = {} if not ends.force else {ends.driving.name: None}
         return EquilibriumForces(
-            found, work, math.nan, dissipated=math.nan, fluid=Fluid(solution, _outflows(case, ends, solution))
+            found, work, math.nan, dissipated=math.nan, fluid=FluidResults(solution, _outflows(case, ends, solution))
         )
 
     def warning(self, solution: Any) -> str | None:
@@ -352,7 +350,7 @@ class FinitePorousColumnSetup(PorousSetup):
 class CompressedPorousBodySetup(PorousSetup):
     """Base of the setups for a porous slab or disc that two plates compress and that expands laterally."""
 
-    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+    def dimensions(self, case: Case, ends: HeldAndDrivenEnds) -> tuple[int, float, Vector, Vector]:
         """Return the dimension, the half-width or radius, m, a fixed point, m, and the lateral unit vector of the body.
 
         The dimension is 1 for a slab, which expands along one direction, and 2 for a disc. Raises NotApplicable.
@@ -360,7 +358,7 @@ class CompressedPorousBodySetup(PorousSetup):
         raise NotImplementedError(f"{type(self).__name__} has no dimensions")
 
     def problem_from(self, reference: Declared, case: Case) -> CompressedPorousBody:
-        analysis, ends = _analysis(case), _ends(case, PLATES)
+        analysis, ends = _quasistatic_analysis(case), _find_ends(case, PLATES)
         if ends.force and not any(
             isinstance(b.thing, RigidPlate) and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
         ):
@@ -377,7 +375,7 @@ class CompressedPorousBodySetup(PorousSetup):
 class PorousSlabSetup(CompressedPorousBodySetup):
     """Makes the problem of a porous slab between plates, in plane strain."""
 
-    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+    def dimensions(self, case: Case, ends: HeldAndDrivenEnds) -> tuple[int, float, Vector, Vector]:
         """Return 1, the half-width, m, a point of the symmetry plane, m, and the lateral unit vector of a slab.
 
         Raises NotApplicable.
@@ -410,7 +408,7 @@ class PorousSlabSetup(CompressedPorousBodySetup):
 class PorousDiscSetup(CompressedPorousBodySetup):
     """Makes the problem of a porous disc between plates."""
 
-    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+    def dimensions(self, case: Case, ends: HeldAndDrivenEnds) -> tuple[int, float, Vector, Vector]:
         """Return 2, the radius, m, the centre of the held plate, m, and a zero vector in place of a lateral direction.
 
         Raises NotApplicable.

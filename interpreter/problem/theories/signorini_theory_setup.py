@@ -14,7 +14,7 @@ from softmark.interpreter.problem.theories.contact_theory_setup import (
     Face,
     RigidContactSetup,
     bonding_and_mirrors,
-    face_of,
+    contact_and_face,
     rigid_displacement,
 )
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -31,7 +31,7 @@ class SignoriniSetup(RigidContactSetup):
     """Makes the problem of an elastic bar whose end a rigid plane stops."""
 
     def problem_from(self, reference: Declared, case: Case) -> StoppedBar:
-        touch, face = face_of(case)
+        touch, face = contact_and_face(case)
         material, nu = case.material, float(case.material.poisson)
         if touch.thing.friction and nu:
             raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "remove `friction`")

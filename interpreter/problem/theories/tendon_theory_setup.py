@@ -38,7 +38,7 @@ class TendonRodSetup(TheorySetup):
         if isinstance(case.analysis, Dynamic):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
         root, axis = clamped_end(case)
-        frame = _frame(axis)
+        frame = _section_frame(axis)
         tip = add_multiples(root, (shape.length, axis))
         force, routes = [0.0, 0.0, 0.0], []
         for load in case.loads:
@@ -51,7 +51,7 @@ class TendonRodSetup(TheorySetup):
                     raise NotApplicable(f"the tendon `{load.name}` is straight between its guides",
                                   "remove `guides`: the theory assumes guides along the whole tendon")  # fmt: skip
                 case TendonLoad() as tendon:
-                    routes.append(_route(tendon, root, frame))
+                    routes.append(_tendon_route(tendon, root, frame))
                 case _:
                     raise NotApplicable(f"it does not include the load `{load.name}`",
                                   "use tendons, gravity and a force at the centre of the free end")  # fmt: skip
@@ -59,11 +59,11 @@ class TendonRodSetup(TheorySetup):
             raise NotApplicable("no tendon drives the beam", "add one: `load pull = tendon(...)`")
         line = case.material.density * _declared_section(shape, frame).area
         weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
-        stiffness = _stiffness(case, frame)
+        stiffness = _rod_stiffness(case, frame)
         return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 
 
-def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
+def _section_frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     """Return three orthonormal vectors, of which the first is the given axis and the others span the section.
 
     They are coordinate axes if the given axis is one.
@@ -78,7 +78,7 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     return axis, (x, y, z), cross(axis, (x, y, z))
 
 
-def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
+def _tendon_route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
     """Return the route of a tendon in the coordinates of a rod with this root, m, and frame.
 
     It begins at the end of the tendon that is nearer to the clamp.
@@ -103,7 +103,7 @@ def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Di
     return Rectangle(height=height, width=width)
 
 
-def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
+def _rod_stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
     """Return the section stiffnesses EA, GA2, GA3, N, and GJ, EI2, EI3, N m^2, of the rod of a case.
 
     Models compute their own, so that a mistake there shows as a difference from the theory.

@@ -14,12 +14,18 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 
-CLEAR = "it neglects contact", "compare with a theory of contact such as `hertz(...)`, or remove the contact"
-FULL = (
+CONTACT_NEGLECTED = (
+    "it neglects contact",
+    "compare with a theory of contact such as `hertz(...)`, or remove the contact",
+)
+BODY_IS_POROELASTIC = (
     "its body is poroelastic",
     "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or use the drained law only",
 )
-DRY = "its body is not poroelastic", "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
+BODY_IS_NOT_POROELASTIC = (
+    "its body is not poroelastic",
+    "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`",
+)
 
 
 class TheorySetup:
@@ -64,9 +70,9 @@ class TheorySetup:
 
             must_be_uniform(reference, case)
         if case.porous != self.is_poroelastic:
-            raise NotApplicable(*(FULL if case.porous else DRY))
+            raise NotApplicable(*(BODY_IS_POROELASTIC if case.porous else BODY_IS_NOT_POROELASTIC))
         if case.contacts and not self.admits_rigid_contact:
-            raise NotApplicable(*CLEAR)
+            raise NotApplicable(*CONTACT_NEGLECTED)
         if case.has_material_history and not self.admits_material_history:
             raise NotApplicable("its body is viscoelastic", "compare with the elastic law, or with `prony(...)`")
 

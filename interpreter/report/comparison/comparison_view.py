@@ -177,9 +177,8 @@ def separate_problems_note(own: Sequence[SceneView]) -> str:
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
     """Return the title of each scene by its name.
 
-    `entries` are the records of the scenes, `names` the names by which points refer to scenes. Scenes with equal titles
-    get
-    the name of their file in brackets. A name without a record is its own title.
+    `entries` are the records of the scenes, `names` the names by which points refer to scenes. Scenes with equal
+    titles get the name of their file in brackets. A name without a record is its own title.
     """
     found, files = {}, {}
     for i, name in enumerate(names):

@@ -60,8 +60,7 @@ def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, 
     """Return the HTML section with the figure; empty without shapes.
 
     Surfaces have at most `points` points and take about `room` bytes. With `stills` there are still pictures for
-    readers
-    without scripts.
+    readers without scripts.
     """
     given = {n: r.shape for n, r in _references_first(findings) if r.shape is not None and _is_drawable(r.shape)}
     if not given:
