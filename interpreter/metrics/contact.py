@@ -35,7 +35,7 @@ class ContactMetric(ForceMetric):
     def contact_numbers(self, rest: EquilibriumForces) -> ContactNumbers:
         """Return area, pressure and gap of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
-            raise Undefined(f"only the force of `{self.of}` is known here")
+            raise Undefined(f"only the force of the contact `{self.of}` is known, not its area, pressure or gap")
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
@@ -106,7 +106,9 @@ class ContactPressure(ContactMetric):
     def _pressure_at_point(self, touch: ContactNumbers) -> float:
         """Return the contact pressure at the requested point, Pa."""
         if touch.field is None:
-            raise Undefined(f"only the largest pressure of `{self.of}` is known here: remove `at`")
+            raise Undefined(
+                f"only the largest pressure of `{self.of}` is known, not the pressure at a point: remove `at`"
+            )
         assert self.at is not None
         found = float(touch.field.pressures(np.array([self.at]))[0])
         if math.isnan(found):

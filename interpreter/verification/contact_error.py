@@ -105,7 +105,7 @@ def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTe
     rest = seen.at_rest
     told = rest is not None and (rest.reason is None or bool(rest.touches))
     if rest is None or not (told or (widest and seen.unit == "m")):
-        raise NoErrorEstimate("the gaps that the contacts leave open are not known")
+        raise NoErrorEstimate("the gaps at the contacts are not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left

@@ -167,7 +167,7 @@ class ErrorEstimate(SolutionUnderTest):
 
             if place := singular_pressure(seen.metric, self.case, seen.at_rest, seen.X):
                 raise NoErrorEstimate(
-                    f"it is evaluated at {place}, where the pressure grows with every mesh refinement"
+                    f"the metric is evaluated at {place}, where the pressure grows with every mesh refinement"
                 )
         if not any(load.thing.action.points for load in self.case.loads):
             return
@@ -183,10 +183,12 @@ class ErrorEstimate(SolutionUnderTest):
         if seen.metric.measured_from is None and (
             load := load_of_unbounded_work(seen.metric, self.case, mesh, seen.size)
         ):
-            raise NoErrorEstimate(f"it depends on the work of `{load.name}`, which grows with every mesh refinement")
+            raise NoErrorEstimate(
+                f"the metric depends on the work of `{load.name}`, which grows with every mesh refinement"
+            )
         if load := load_of_unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
             raise NoErrorEstimate(
-                f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
+                f"the metric is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
             )
 
     def _model_error(self, seen: ProbeResultUnderTest) -> float:
@@ -311,7 +313,7 @@ class ErrorEstimate(SolutionUnderTest):
         apart, size = seen.apart(other), max(seen.size, seen.acting)
         if apart > COARSE * size:
             raise NoErrorEstimate(
-                f"the step is too long for an error estimate: the result with {another} differs by "
+                f"the time step is too long for an error estimate: the result with {another} differs by "
                 f"{100 * apart / size:.2g} %"
             )
         return apart

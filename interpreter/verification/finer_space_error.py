@@ -185,7 +185,7 @@ def _require_free_memory(needed: float) -> None:
     free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
-        raise NoErrorEstimate(f"a finer space would need {gigabytes}")
+        raise NoErrorEstimate(f"a solution on the finer space would need {gigabytes}")
 
 
 def displacement_field(model: Fem, case: Case, mesh: DeformedMesh) -> CachedField:

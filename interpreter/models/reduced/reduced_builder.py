@@ -423,7 +423,7 @@ def _check_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
     whole = np.linalg.norm(forces)
     inside = np.linalg.norm(np.array(forces) @ (basis.V / np.abs(basis.V).max(axis=0)))
     if basis.lift is None and inside <= IDLE * whole and whole > 0:
-        raise NotConverged("the loads do no work on any mode: train on states under such loads")
+        raise NotConverged("the loads do no work on any mode of the reduced model: include such loads in its training")
     return basis
 
 

@@ -379,21 +379,26 @@ class IndentationSetup(RigidContactSetup):
     def problem_from(self, reference: Declared, case: Case) -> Indentation:
         touch, face = contact_and_face(case)
         for load in case.loads:
-            raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")
+            raise NotApplicable(f"the theory does not include the load `{load.name}`", f"use {ONE}")
         n = face.normal
         tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
         shift = rigid_displacement(touch)
         gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
         first = add_multiples(tool.foot, (-gap, n))
         if not face.contains_projection_of(first):
-            raise NotApplicable(f"`{touch.rigid.name}` comes down outside the face", "move it above the face")
+            raise NotApplicable(
+                f"`{touch.rigid.name}` would not touch the face, but move past its edge", "move it above the face"
+            )
         if face.has_half_section_body and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
             raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "move it to the y axis")
         bonded, mirrors = bonding_and_mirrors(case, face)
         depth = -dot(shift, n) - gap
         slid = add_multiples(shift, (-dot(shift, n), n))
         if tool.reach < depth:
-            raise NotApplicable(f"`{touch.rigid.name}` is pressed in deeper than its tip is long", "use a longer one")
+            raise NotApplicable(
+                f"`{touch.rigid.name}` is pressed deeper than the length of its tip",
+                "use a longer tip, or a smaller depth",
+            )
         share = _body_fraction(case, face, first, mirrors)
         if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
             raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole body")

@@ -48,10 +48,12 @@ class FrameSetup(TheorySetup):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
         for load in case.loads:
             if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
-                raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)
+                raise NotApplicable(f"the theory does not include the load `{load.name}`", TAKES)
         for support in case.supports:
             if not isinstance(support.thing, Fixed | Displaced | Pinned):
-                raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
+                raise NotApplicable(
+                    f"the theory does not include the support `{support.name}`", "use clamps and hinges"
+                )
             if any(len(_interior_selection_values(member, network, support)) == 2 for member in network.members):
                 raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
         return lambda: _FrameBuilder(case, network).build_frame()

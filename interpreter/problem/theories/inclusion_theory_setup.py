@@ -159,7 +159,7 @@ def _applied_stress(case: Case, inner: float, outer: float, centre: Vector3) -> 
     for load in case.loads:
         action = load.thing.action
         if not isinstance(action, RemoteStress | PressureLoad):
-            raise NotApplicable(f"the load `{load.name}` acts as well", f"use {PULLS}")
+            raise NotApplicable(f"the theory does not include the load `{load.name}`", f"use {PULLS}")
         if not _covers_border(action.where, case, inner, outer, centre):
             raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole outer border",
                           "select it by the distance from the centre: `where = x^2 + y^2 + z^2 >= b^2`"
@@ -167,7 +167,7 @@ def _applied_stress(case: Case, inner: float, outer: float, centre: Vector3) -> 
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:
-        raise NotApplicable("it has no load", f"use {PULLS}")
+        raise NotApplicable("no load acts on the body", f"use {PULLS}")
     return total[0], total[1], total[2]
 
 

@@ -104,10 +104,12 @@ def _require_determined_blocks(stack: Stack) -> None:
     open_ones = sum(not joint.glued for joint in stack.joints)
     if stack.length_change >= 0.0 and open_ones > 1:
         travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.length_change, stack.gaps))
-        raise NotApplicable(f"its ends approach by {travel}, but its {open_ones} gaps are {gaps} in all, so that "
-                            "blocks between them are free", "move an end further")  # fmt: skip
+        raise NotApplicable(f"the ends approach by {travel}, but the {open_ones} gaps are {gaps} in all, so that "
+                            "blocks between them are free", "prescribe a larger displacement")  # fmt: skip
     if stack.length_change <= -sum(block.length for block in stack.blocks):
-        raise NotApplicable("its ends approach by more than its length", "move an end less far")
+        raise NotApplicable(
+            "the ends approach by more than the length of the stack", "prescribe a smaller displacement"
+        )
 
 
 # ------------------------------------------------------------------ the blocks
@@ -240,7 +242,7 @@ def _held_ends_and_sides(
             raise NotApplicable(f"the support `{support.name}` does not hold one whole end or one whole side", ENDS)
         along_it = [c for c in thing.components if c in piled.across]
         if any(by[c] for c in along_it):
-            raise NotApplicable(f"the support `{support.name}` moves it across its axis", ENDS)
+            raise NotApplicable(f"the support `{support.name}` moves the body across its axis", ENDS)
         taken = piled.ends(thing.where)
         if not taken:
             mirrors |= _symmetry_sides(piled, support, thing)

@@ -102,7 +102,7 @@ def _find_ends(case: Case, remedy: str) -> HeldAndDrivenEnds:
         if not isinstance(at_full_size(support.thing), Holding):
             raise NotApplicable(f"the theory does not include the support `{support.name}`", remedy)
     if len(drivers) != 1:
-        raise NotApplicable("it is not driven by exactly one load or support", remedy)
+        raise NotApplicable("the body is not driven by exactly one load or support", remedy)
     driving = drivers[0]
     vector = _displacement_or_traction(driving)
     ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
@@ -138,7 +138,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
             raise NotApplicable(f"the support `{support.name}` does not act on exactly one whole end face", remedy)
         held |= own if support.name != driving.name else set()
     if held != {0, 1} - driven:
-        raise NotApplicable("it needs exactly one end held along the axis", remedy)
+        raise NotApplicable("exactly one end must be held along the axis", remedy)
     ends = replace(ends, held=held.pop())
     return replace(ends, amount=sum(v * a for v, a in zip(vector, ends.axis, strict=True)))
 

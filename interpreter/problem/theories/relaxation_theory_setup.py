@@ -93,7 +93,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
             raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if not any(along):
             if thing.moves:
-                raise NotApplicable(f"the support `{support.name}` moves it across its axis", REMEDY)
+                raise NotApplicable(f"the support `{support.name}` moves the body across its axis", REMEDY)
             continue
         if not all(along) and case.material.poisson != 0.0:
             raise NotApplicable(f"the support `{support.name}` prevents lateral contraction of its end", REMEDY)
@@ -104,7 +104,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
     movers = [support for support in ends.values() if at_full_size(support.thing).moves]
     if len(held) != 1 or len(movers) + len(case.loads) != 1:
         raise NotApplicable(
-            "it needs one end held and the other moved or pulled by exactly one load or support", REMEDY
+            "exactly one end must be held, and exactly one load or support must drive the other end", REMEDY
         )
     if movers:
         return held[0], movers[0], at_full_size(movers[0].thing).displacement

@@ -53,7 +53,7 @@ class TendonRodSetup(TheorySetup):
                 case TendonLoad() as tendon:
                     routes.append(_tendon_route(tendon, root, frame))
                 case _:
-                    raise NotApplicable(f"it does not include the load `{load.name}`",
+                    raise NotApplicable(f"the theory does not include the load `{load.name}`",
                                   "use tendons, gravity and a force at the centre of the free end")  # fmt: skip
         if not routes:
             raise NotApplicable("no tendon drives the beam", "add one: `load pull = tendon(...)`")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 
 CONTACT_NEGLECTED = (
-    "it neglects contact",
+    "the theory neglects contact",
     "compare with a theory of contact such as `hertz(...)`, or remove the contact",
 )
 BODY_IS_POROELASTIC = (

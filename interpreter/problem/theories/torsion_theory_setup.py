@@ -36,12 +36,14 @@ class TorsionSetup(TheorySetup):
         if isinstance(case.analysis, Dynamic):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
         for load in case.loads:
-            raise NotApplicable(f"the load `{load.name}` acts as well", "remove all loads")
+            raise NotApplicable(f"the theory does not include the load `{load.name}`", "remove all loads")
         held, turned = _held_end_and_rotation(case)
         root, axis = end_frame(shape, held)
         away = add_multiples(turned.through, (-1.0, root))
         if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
-            raise NotApplicable("it is not rotated about its own axis", "give the axis and `through` of the cylinder")
+            raise NotApplicable(
+                "the cylinder is not rotated about its own axis", "give the axis and `through` of the cylinder"
+            )
         angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
         return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
@@ -76,4 +78,4 @@ def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
     for end, thing in found.items():
         if isinstance(thing, Rotated) and isinstance(found.get(1 - end), Fixed):
             return 1 - end, thing
-    raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)
+    raise NotApplicable("one end must be fixed and the other rotated", REMEDY)

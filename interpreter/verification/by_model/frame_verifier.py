@@ -289,7 +289,7 @@ class FrameVerifier(BeamVerifier):
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
             raise NoErrorEstimate(
-                "a member is too thick for its theory"
+                "a member is too thick for beam theory"
                 if missing > strained
                 else "the strain is too large for beam theory"
             )

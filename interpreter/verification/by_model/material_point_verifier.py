@@ -67,17 +67,21 @@ class MaterialPointVerifier(Verifier):
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
-                "the supports hold the width, which a material point leaves free; the size of this effect is unknown"
+                "the supports prevent lateral contraction, which a material point leaves free; the size of this effect "
+                "is unknown"
             )
         if thing.state == "simple_shear":
-            raise NoErrorEstimate("simple shear assumes how the sides are held; the size of this effect is unknown")
+            raise NoErrorEstimate(
+                "a material point in simple shear ignores the conditions on the sides of the body; the size of this "
+                "effect is unknown"
+            )
         best = "corotational" if answer.own.material.finite_law() is None else "finite"
         if thing.strain == best:
             return 0.0
         other = replace(answer.declared, thing=thing.plain(strain=best))
         right = seen.of(answer.solve_other_model("best", other, case_for(answer.scene, other), slight=True)[0])
         if not (apart := right.apart(seen)) <= HOPELESS * right.size:
-            raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
+            raise NoErrorEstimate("the most accurate strain measure for its material gives a very different solution")
         return apart
 
 

@@ -311,7 +311,7 @@ class SolidVerifier(SizedMeshVerifier):
             solution, size = answer.solve_other_model("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
         ratio = (size["elements"] / self.cells(answer)) ** (1.0 / dimension)
         if ratio < NEAR:
-            raise NoErrorEstimate("a finer mesh is the same one")
+            raise NoErrorEstimate("a smaller cell size gives the same mesh")
         return solution, error_from_finer(1.0, ratio, self._order(answer))
 
     def _order(self, answer: SolutionUnderTest) -> float:
@@ -397,7 +397,9 @@ class SolidVerifier(SizedMeshVerifier):
         """
         strain = (answer.result.solve.get("checks") or {}).get("largest_strain")
         if strain is None or THEORY * strain > HOPELESS:
-            raise NoErrorEstimate("another measure of strain could not be solved in time, and its strain is not small")
+            raise NoErrorEstimate(
+                "the model with another strain measure took too long to solve, and its strain is not small"
+            )
         return THEORY * float(strain)
 
     def _best_field_changes(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
@@ -427,7 +429,7 @@ class SolidVerifier(SizedMeshVerifier):
             own = self._probe_changed_model(answer, seen, "alike", thing, **alike)
         apart = right.change(own)
         if not apart <= HOPELESS * right.comparison_scale(apart):
-            raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
+            raise NoErrorEstimate("the most accurate strain measure for its material gives a very different solution")
         return apart
 
     def _common_volume_treatment(
