@@ -1,9 +1,10 @@
-"""Positions at which meshes of a shape need nodes so that supports hold exactly their selections.
+"""Positions at which meshes of a shape need nodes, so that supports and material regions follow their selections
+exactly.
 
-Regions of other materials need such nodes too. A mesh can follow the border of a condition if a coordinate of the shape
-is constant on it: planes normal to the edges of a box; planes normal to the axis of a cylinder, and circles around it;
-spheres around the centre of a sphere. It can also follow a plane along the axis of a cylinder. Only parts of a border
-at which the selection changes within the body count. The module uses numbers only, no arrays.
+A mesh can follow the border of a condition if a coordinate of the shape is constant on it: planes normal to
+the edges of a box; planes normal to the axis of a cylinder, and circles around it; spheres around the centre
+of a sphere. It can also follow a plane along the axis of a cylinder. Only parts of a border at which the
+selection changes within the body count. The module uses numbers only, no arrays.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
 
 @dataclass(frozen=True)
 class _ConditionInShape:
-    """Condition evaluated in the coordinates of a shape."""
+    """Condition on the points of a shape, as a function of the shape's own coordinates such as radius and height."""
 
     shape: Shape
     condition: Condition
@@ -93,7 +94,9 @@ class _ConditionInShape:
     # -------------------------------------------------------------- positions of borders
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the name of each coordinate that is constant on a border, and its value there, m, inside the body."""
+        """Yield the surfaces inside the body, each by the coordinate that is constant on it and its value, m, that form
+        a border.
+        """
         for axis, (low, high) in self.shape.coordinate_ranges.items():
             if axis in ANGLES:
                 continue
@@ -102,7 +105,7 @@ class _ConditionInShape:
                 yield from ((axis, at) for at in met[0])
 
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the name of each coordinate that ends on a border, and its value there, m."""
+        """Yield the end surfaces of the body, each by its coordinate and its value, m, that coincide with a border."""
         slack, spans = SAME * self.extent**border.power, self.shape.coordinate_ranges
         rays = [self._scattered_coordinates(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
@@ -111,9 +114,8 @@ class _ConditionInShape:
                     yield axis, t
 
     def _scattered_coordinates(self, share: float) -> Place:
-        """Return values of all coordinates of the shape at a place that depends irregularly on `share`.
-
-        A ray along one coordinate has the values of the others.
+        """Return the coordinates of an irregularly placed sample point of the shape; `share` from 0 to 1 selects the
+        point.
         """
         return {
             n: a + (b - a) * _scattered_fractions(share, i)

@@ -32,10 +32,10 @@ def selects_whole_sections(condition: Condition, shape: Swept, stations: tuple[f
 
 
 def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> set[str]:
-    """Return the coverages of the cross-sections at `stations`, m; it stops at the first that is `some`.
+    """Return the set of coverages (all, some, none) of the cross-sections at `stations`, m, in ascending order.
 
-    Bounds over whole slabs of the body decide most stations at once, so that the work grows with the logarithm of their
-    number. Stations are in ascending order.
+    The search stops at the first coverage `some`. Bounds over long parts of the body decide most stations at
+    once, so that the work grows with the logarithm of their number.
     """
     extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
@@ -52,7 +52,11 @@ def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> 
 
 
 def _measure_coverage(condition: Condition, shape: Swept, station: float, extent: float) -> str:
-    """Return the coverage of a cross-section that bounds leave undecided: by sample points, or else by the area."""
+    """Return whether a condition selects all, some or none of a cross-section, by sample points and, if needed, by
+    area.
+
+    It is called for cross-sections for which bounds give no answer.
+    """
     held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"

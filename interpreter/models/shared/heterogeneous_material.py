@@ -70,7 +70,7 @@ def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
 
 
 class Part(Protocol):
-    """Interface of a material region, the cells of one material; see `MaterialRegion` (material_regions.py)."""
+    """Interface of the cells of one material; `MaterialRegion` (material_regions.py) implements it."""
 
     @property
     def case(self) -> Case:
@@ -82,7 +82,7 @@ class Part(Protocol):
 
     @property
     def which(self) -> Any:
-        """Indices of these cells in the whole mesh."""
+        """Indices of the cells of this material in the whole mesh."""
 
     @property
     def number(self) -> int:
@@ -116,7 +116,7 @@ def sample_at_integration_points(own: Part, pressures: bool = False) -> tuple[Ca
 
 
 def _parts(mesh: Mesh, rule: CellRule | None) -> IntegrationPoints | None:
-    """Return the gradients and volumes of a quadrature rule on a mesh; None without a rule."""
+    """Return the shape gradients and volumes at the points of a quadrature rule, for each cell; None without a rule."""
     return None if rule is None else rule.integration(mesh)
 
 

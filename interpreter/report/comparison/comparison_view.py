@@ -197,5 +197,5 @@ def _scene_names(entry: Json) -> set[str]:
 
 
 def status_of(status: str) -> str:
-    """Return a status as text."""
+    """Return the status of a model in words, such as `timed out`."""
     return "timed out" if status == "timed_out" else status.replace("_", " ")

@@ -225,9 +225,10 @@ class ComparedPoint:
 
     @property
     def part(self) -> str:
-        """Name of the group of configurations that compete with this one, such as `beam, E = 30 kPa`.
+        """Name of the group of configurations with which this one is compared, such as `beam, E = 30 kPa`.
 
-        A group has the same scene and the same values of those varied names that change the reference of the errors.
+        Errors are comparable only within a group: its configurations have the same scene, and the same values of all
+        varied quantities that change the reference.
         """
         return competition_group_name(self.scene, self.problem)
 
@@ -241,9 +242,9 @@ class ComparedPoint:
         return None if value is None else abs(float(value))
 
     def within(self, metric: str, largest: float) -> bool:
-        """Return whether an error is below the uncertainty of its reference.
+        """Return whether the error of a metric is below the uncertainty of its reference.
 
-        If this point states no uncertainty, `largest` is used instead.
+        If this point states no uncertainty, `largest` is used in its place.
         """
         error, own = self.error(metric), self.uncertainty(metric)
         return error is not None and error < (largest if own is None else own)
@@ -261,7 +262,7 @@ class ComparedPoint:
         return found if found is not None and found.median > 0 else None
 
     def other_values(self, varied: str | None) -> tuple[tuple[str, str], ...]:
-        """Return all varied names except `varied`, with their values."""
+        """Return the names and values of all varied quantities of this configuration, except the quantity `varied`."""
         return tuple((name, text) for name, text in self.variation.items() if name != varied)
 
 
@@ -270,7 +271,10 @@ def _texts(found: Json | None) -> dict[str, str]:
 
 
 def competition_group_name(scene: str, problem: Mapping[str, str]) -> str:
-    """Return the name of the group in which a configuration competes, such as `beam, E = 30 kPa`."""
+    """Return the name of the group of comparable configurations, such as `beam, E = 30 kPa`.
+
+    `problem` has the varied values that change the reference.
+    """
     return ", ".join((scene, *(f"{name} = {text}" for name, text in problem.items())))
 
 

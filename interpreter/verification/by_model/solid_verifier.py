@@ -270,10 +270,10 @@ class SolidVerifier(SizedMeshVerifier):
         return above
 
     def _finer_solution(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[Solution, float]:
-        """Return a solution on finer cells, and the ratio of the error to the distance to it.
+        """Return a solution on finer cells, and the ratio of the error to the distance from that solution.
 
-        The finer model is solved from the start if history or contacts count, and otherwise from the state that was
-        found. Raises NoErrorEstimate.
+        With deformation history or contacts, the finer model is solved from the undeformed state, otherwise from the
+        known solution. Raises NoErrorEstimate.
         """
         nearby = not (seen.is_about_forces or _needs_full_solve(answer, seen))
         if nearby and not (answer.case.contacts or answer.case.pairs):

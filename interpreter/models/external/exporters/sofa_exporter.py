@@ -86,7 +86,7 @@ def deck(problem: Problem) -> Iterator[str]:
 
 
 def _law(stuff: ExternalMaterial, strain: str) -> str:
-    """Return the component of a material law."""
+    """Return the XML element of the SOFA component for a material law."""
     E, nu = stuff.constants["young"], stuff.constants["poisson"]
     if strain == "small":
         return _tag("TetrahedronFEMForceField", name="law", method="small", youngModulus=E, poissonRatio=nu)
