@@ -23,7 +23,7 @@ RIGID = "rigid"  # constructor of rigid bodies
 
 @dataclass(frozen=True)
 class Location:
-    """Span of a source text."""
+    """Place in a scene: the source text, and a span of it."""
 
     source: Source
     span: Span

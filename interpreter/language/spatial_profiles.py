@@ -104,7 +104,7 @@ class DirectionProfile:
 
 
 def constant_node(value: float) -> Node:
-    """Return the node of a number."""
+    """Return the expression node of a constant number."""
     return Node("number", value=value)
 
 

@@ -29,7 +29,7 @@ class ContactMetric(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the contact."""
+        """Name of the contact that the metric evaluates."""
         return self.of
 
     def contact_numbers(self, rest: EquilibriumForces) -> ContactNumbers:
@@ -43,7 +43,7 @@ class ContactMetric(ForceMetric):
         return abs(self._along(value))
 
     def _along(self, value: Floats) -> float:
-        """Return the first entry of `value`."""
+        """Return the first entry of `value`, which is the value of the metric."""
         return float(value.flat[0])
 
 

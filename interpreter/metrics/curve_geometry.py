@@ -77,7 +77,7 @@ class Overlay:
 
     @property
     def d(self) -> Floats:
-        """Difference y - r (k,)."""
+        """Difference of curve and reference, y - r (k,)."""
         return self.y - self.r
 
 

@@ -39,7 +39,7 @@ class StrainEnergy(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the body."""
+        """Name of the body whose strain energy is measured."""
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:

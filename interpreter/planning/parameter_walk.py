@@ -76,7 +76,7 @@ class Walk:
     seen: dict[float, PointClass] = field(default_factory=dict)
 
     def record_outcome(self, t: float, seen: PointClass) -> None:
-        """Record the outcome of the point at position t."""
+        """Record the class of the solution at coordinate t of the walk."""
         self.seen[t] = seen
 
     def next_position(self) -> float | None:
@@ -130,7 +130,7 @@ class Walk:
         return found
 
     def edge(self) -> Edge:
-        """Return the edges found so far."""
+        """Return the validity edge found so far: the last right position and the first wrong one."""
         ts = sorted(self.seen)
         wrong = next((t for t in ts if self.seen[t].word not in ("right", "unjudged")), None)
         right = [t for t in ts if self.seen[t].word == "right" and (wrong is None or t < wrong)]

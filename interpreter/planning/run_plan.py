@@ -19,9 +19,10 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Task:
-    """One task of a run.
+    """One task of a run, such as solving a model or evaluating a metric.
 
-    `asked` is the location of the question that needs the task; `needs` are the names of the tasks that precede it.
+    `asked` is the location in the scene of the metric or expectation that needs the task. `needs` are the names
+    of the tasks that must run before it.
     """
 
     kind: str  # mesh | solve | reference | probe | metric | expect

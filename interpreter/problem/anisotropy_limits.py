@@ -91,7 +91,7 @@ def check_fiber_materials(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_muscle(declared: Declared) -> Iterator[Diagnostic]:
-    """Yield the errors of one muscle material."""
+    """Yield the errors about one active muscle material of a case."""
     thing = declared.thing
     law = thing.passive
     if thing.fibres is None:

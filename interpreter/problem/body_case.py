@@ -186,7 +186,7 @@ class Case:
 
     @property
     def porous(self) -> bool:
-        """True if one of its materials is porous."""
+        """True if a material of the case is porous."""
         return any(porous(material) for material in self.materials)
 
     @cached_property

@@ -81,7 +81,7 @@ class _ConditionInShape:
         return self.shape.diagonal
 
     def cuts(self) -> list[Cut]:
-        """Return the cuts at which the mesh needs nodes."""
+        """Return the surfaces (cuts), by coordinate and value, on which the mesh needs nodes."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
         found = [
             Cut(axis, at, self._is_selected_to_end(axis, at))

@@ -77,7 +77,7 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """Remaining CPU time, s."""
+        """CPU time that error estimates may still use, s."""
         return self.limit - self.spent - (self._elapsed_cpu_time if self._depth else 0.0)
 
     def add_solution_time(self, took: float) -> None:

@@ -187,7 +187,7 @@ def _has_fiber_directions(law: Any) -> bool:
 
 
 def passive_case(case: Case) -> Case:
-    """Return the case with the passive law of a muscle in place of the active one; other cases are returned unchanged."""
+    """Return the case with the passive law of a muscle in place of the active one; other cases are unchanged."""
     return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
 
 

@@ -93,7 +93,7 @@ class UnstableVolume:
 
 
 class EllipticityTest:
-    """Test of strong ellipticity."""
+    """Test whether a constitutive law is strongly elliptic in a state, so that the material is stable."""
 
     def sound(self, material: Any) -> bool:
         """Return whether the material needs no test: viscoelastic, or elliptic by its constants."""
@@ -111,7 +111,7 @@ class EllipticityTest:
 
 
 class DruckerStabilityTest:
-    """Test of Drucker's stability in Hencky strain."""
+    """Test of Drucker's stability of a constitutive law, in terms of Hencky strain."""
 
     def sound(self, material: Any) -> bool:
         """Return whether the material needs no test: stable by its constants, viscoelastic, or with fibres."""

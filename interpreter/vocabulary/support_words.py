@@ -26,7 +26,7 @@ Vector3 = tuple[float, float, float]
 
 
 class Support:
-    """Base class of supports."""
+    """Base class of supports: constraints, elastic foundations and drained boundaries on a part of a body."""
 
     moves = False  # True if it imposes a motion
     amplitude: Any = None  # amplitude over time, or from state to state

@@ -93,12 +93,12 @@ class ExternalSolver(ExternalModel):
 
     @property
     def ours(self) -> Fem:
-        """Our finite element model that defines the problem."""
+        """softmark's own finite element model of the same problem, which determines mesh, supports and loads."""
         return self.solid
 
     @property
     def solid(self) -> Fem:
-        """Our finite element model on the same mesh, which determines mesh, supports and loads."""
+        """softmark's own finite element model on the same mesh, which determines mesh, supports and loads."""
         mass: Any = "lumped" if self.program_entry.moves else "consistent"
         return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
 

@@ -266,7 +266,7 @@ class _StateRecorder:
 
 @dataclass
 class _StoredState:
-    """Stored state, or None if it was freed."""
+    """State that a time integration has stored; its arrays are None once they have been freed."""
 
     x: Floats | None
 

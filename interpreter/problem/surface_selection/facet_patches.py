@@ -49,7 +49,7 @@ class Patches:
 
     @property
     def facet(self) -> type[Facet]:
-        """Facet type."""
+        """Class of the facets in solvers/elements/boundary_facets.py."""
         return FACETS[self.nodes]
 
     def at(self, f: Ints, xi: Floats) -> Floats:

@@ -135,7 +135,7 @@ class SceneView:
         return self.timed and point.cost.contaminated
 
     def amount(self, value: float, metric: str, digits: int = 3) -> str:
-        """Return a value of an error metric as text."""
+        """Return a value of an error metric as text with its unit."""
         return format_quantity(value, self.metrics[metric].unit, digits, percent=True)
 
     def format_effort(self, spread: Spread) -> str:

@@ -63,7 +63,7 @@ class Diagram:
 
     @property
     def known(self) -> ErrorAnalysis:
-        """Analysis of the error metric."""
+        """Analysis of the metric, with its Pareto front and uncertainty."""
         return self.view.metrics[self.metric]
 
     @property
@@ -89,7 +89,7 @@ class Diagram:
 
     @property
     def clock(self) -> str:
-        """Kind of effort on the abscissa."""
+        """Kind of effort on the horizontal axis, such as CPU time."""
         return "wall_s" if self.frames else self.view.clock
 
     def figure(self) -> str:
@@ -289,7 +289,7 @@ class Overlay:
     chart: Chart
 
     def markup(self) -> str:
-        """Return all marks as SVG, from back to front."""
+        """Return the SVG of all marks drawn over the diagram, from back to front."""
         parts = [self._uncertainty_band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.is_drawable]
         return "".join(

@@ -127,7 +127,7 @@ EFFORT = ("unknowns", "newton", "time", "")
 
 @dataclass(frozen=True)
 class _Rows:
-    """Table of the results of one body as text."""
+    """Terminal table with the results of one body."""
 
     findings: ReportSummary
     body: BodyResults

@@ -188,7 +188,7 @@ class Analysis(JsonRecord):
 
     @property
     def advice(self) -> list[Advice]:
-        """Advice of all scenes."""
+        """Recommendations for all scenes of the comparison."""
         return [advice for own in self.scenes.values() for advice in own.advice]
 
     def entries(self) -> Mapping[str, object]:

@@ -258,7 +258,7 @@ class BestInFrame(JsonRecord):
 
     @property
     def margin(self) -> float | None:
-        """Unused fraction of the frame time."""
+        """Fraction of the frame time that the computation leaves unused."""
         return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
 
     def entries(self) -> Mapping[str, object]:

@@ -95,7 +95,7 @@ class LineOrders(JsonRecord):
 
     @property
     def asymptotic(self) -> bool:
-        """True if the orders are reliable."""
+        """True if the observed convergence orders are reliable, because no doubt about them was found."""
         return self.doubt is None
 
     def doubt_of(self, metric: str) -> str | None:

@@ -25,7 +25,7 @@ class RefinementLine(JsonRecord):
 
     @cached_property
     def keys(self) -> list[str]:
-        """Keys of the configurations."""
+        """Keys that identify the configurations of the line, in its order."""
         return [p.key for p in self.members]
 
     @property

@@ -96,7 +96,7 @@ def _line_convergence(line: RefinementLine, metric: str, unit: str | None) -> Li
 
 @dataclass(frozen=True)
 class FrontMember(JsonRecord):
-    """Configuration on a Pareto front."""
+    """Configuration on a Pareto front of error and effort."""
 
     key: str
     label: str

@@ -67,7 +67,7 @@ class LeanOutcome(TaskAttempt):
 
     @property
     def status(self) -> str:
-        """Status of the computed point."""
+        """Status of the solution, such as `converged` or `timed_out`."""
         return self.point.status
 
 

@@ -42,7 +42,7 @@ class ClassifiedPoint(JsonRecord):
 
     @property
     def states(self) -> float | None:
-        """Error that the model states, or None."""
+        """Error that the model states for its result, or None."""
         return None if self.stated is None else self.stated.value
 
 
@@ -65,7 +65,7 @@ class RobustnessPoint(JsonRecord):
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """Read a point from its JSON entry."""
+        """Read a solved configuration from its JSON entry."""
         texts = own.get("texts") or {}
         return cls(own["model"], own["values"], ClassifiedPoint.from_json(own), texts, own["key"], own.get("cpu_s"))
 
@@ -217,7 +217,7 @@ class Robustness(JsonRecord):
 
     @property
     def points(self) -> list[RobustnessPoint]:
-        """Points of all studies."""
+        """All solved configurations of all studies."""
         return [p for s in self.studies for p in s.points]
 
     @property

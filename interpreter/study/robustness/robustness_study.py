@@ -114,7 +114,10 @@ def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[Resolve
 
 @dataclass
 class StudyTrial:
-    """State of one robustness study while it runs."""
+    """State of one robustness study while it runs: requested and classified solutions, and walks.
+
+    A walk varies one quantity in one direction until the model fails.
+    """
 
     ground: VariedScene
     desk: TaskQueue
@@ -126,7 +129,7 @@ class StudyTrial:
 
     @property
     def asked(self) -> ResolvedStudy:
-        """Settings of the study."""
+        """Settings of the study: its models, varied quantities and metric."""
         return self.ground.asked
 
     def start(self) -> None:

@@ -39,7 +39,7 @@ BY_PART: dict[str, str] = {
 
 
 def reason_of(point: ClassifiedPoint) -> str:
-    """Return a short reason why a point is not right."""
+    """Return a short text on why the result of a configuration is not right."""
     doubt = next((DOUBTS[w] for w in point.warnings if w in DOUBTS), None)
     if point.word == "inaccurate" and doubt is not None:
         return f"{doubt}: {_error(point)}"

@@ -39,11 +39,11 @@ FEW = 3  # number of runs of a slow job
 
 
 def _ignore_message(what: str, detail: str) -> None:
-    """Do nothing; the default for messages."""
+    """Do nothing; default for the callback `say`, which gets messages."""
 
 
 def _discard_record(record: Record) -> None:
-    """Do nothing; the default for new records."""
+    """Do nothing; default for the callback `keep`, which gets new records."""
 
 
 @dataclass

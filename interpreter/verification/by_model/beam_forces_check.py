@@ -247,7 +247,7 @@ def integrate_hats(s: Floats, low: float, high: float, size: Callable[[float], f
 
 
 def beam_line_of(found: VerifiedSolution) -> BeamLine:
-    """Return the beam of a solution."""
+    """Return the beam of a solution as a line with the stations of its nodes, for independent formulas."""
     return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
 
 

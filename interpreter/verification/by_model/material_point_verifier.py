@@ -30,7 +30,7 @@ class MaterialPointVerifier(Verifier):
     """Verifier of the one-point model: corner forces by finite differences of the energy, and no mesh to refine."""
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return the largest strain."""
+        """Return the report entry `largest_strain`: the spectral norm of F - I, with F the deformation gradient."""
         if found.solution.displacement is None:
             return {}
         return {"largest_strain": float(np.linalg.norm(_gradient(found) - np.eye(3), 2))}

@@ -85,7 +85,7 @@ class ExternalRod(ExternalModel):
 
     @property
     def ours(self) -> Beam6Dof:
-        """Our rod model, which defines the problem."""
+        """softmark's own rod model of the same problem."""
         return Beam6Dof(self.segments, body=self.body)
 
     def reasons(self, case: Case) -> list[Reason]:
