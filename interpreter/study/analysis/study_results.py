@@ -51,7 +51,7 @@ class LineConvergence(JsonRecord):
         return self.refined or ConvergenceEstimate("unusable", self.reason)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including those of the estimated limit if there is one."""
+        """Return the JSON entries of the line, with the estimated limit if there is one."""
         own = {"line": self.line, "unit": self.unit}
         if self.refined is not None:
             return {**own, "members": self.members, "finest": self.finest, **self.refined.to_json()}

@@ -109,7 +109,7 @@ def _reason_no_reference(name: str, truth: TruthStatement) -> str | None:
 
 
 def stated_of(point: PointSummary, metric: str) -> StatedError | None:
-    """Return the error that a model states of a metric; None if no statement was requested."""
+    """Return the error that a model states for a metric; None if no error statement was requested."""
     said = point.stated
     if said is None:
         return None
@@ -117,7 +117,7 @@ def stated_of(point: PointSummary, metric: str) -> StatedError | None:
 
 
 def find_admission(point: PointSummary, stated: StatedError | None, error: float) -> str | None:
-    """Return the model's own statement that its error may be as large as `error`, or None."""
+    """Return the text in which a model admits an error as large as `error`, or None if it does not."""
     if point.status == "capped":
         return "it was stopped by `max_iterations` and reports that"
     for warning in point.warnings:
