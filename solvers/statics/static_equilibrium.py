@@ -186,10 +186,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     if cap is None:
         x = start.descend(x, 1.0) if problem.may_contact else start.solve_by_full_steps(x, ROUGH)
         if not problem.near(x):
-            raise NotConverged(
-                "the corotational initial guess compresses cells to zero volume",
-                tuple(newton.history),
-            )
+            raise NotConverged("the corotational first guess has cells of zero volume", tuple(newton.history))
     else:
         x, _, _ = start.full_steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed

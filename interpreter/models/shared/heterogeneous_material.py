@@ -95,8 +95,8 @@ Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because 
 def sample_at_integration_points(own: Part, pressures: bool = False) -> tuple[Case, IntegrationPoints | None]:
     """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
-    The second value is the integration at these points; None if the element's own integration points are used. If
-    `pressures` are unknowns, the inverse of the bulk modulus is integrated.
+    The second value is the integration at these points, None for those of the element. If `pressures` are
+    unknowns, the inverse of the bulk modulus is integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
     must_be_in_range(own.case, mesh)
@@ -164,9 +164,7 @@ def density_quadrature(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """Return the quadrature rule at which constants are evaluated: that of the element, or a finer one if it has one
-    point.
-    """
+    """Return the quadrature rule for constants: that of the element, or a finer one if it has one point."""
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 

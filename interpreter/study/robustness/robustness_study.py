@@ -154,7 +154,7 @@ class StudyTrial:
                 self._continue_walk(model, quantity, walk)
 
     def _continue_walk(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
-        """Request the solution at the next position of a walk, and so on after each outcome until the walk is complete."""
+        """Request the solution at the next position of a walk, and go on after each outcome until it is complete."""
         t = walk.next_position()
         if t is None:
             return
@@ -265,7 +265,7 @@ class StudyTrial:
         )
 
     def _point_sort_key(self, point: RobustnessPoint) -> tuple[Any, ...]:
-        """Return a sort key for solved configurations, so that their order does not depend on the order of computation."""
+        """Return a sort key for solved configurations, which does not depend on the order of computation."""
         names = [q.name for q in self.asked.quantities]
         own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
         return self.asked.models.index(point.model), len(own), own
