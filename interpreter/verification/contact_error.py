@@ -51,10 +51,11 @@ def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, 
 
 
 def contact_edge_error(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
-    """Return the error of a contact area due to facets at the edge of the contact, in the unit of the metric.
+    """Return the error of a contact area from facets that the edge of the contact crosses, in the unit of the
+    metric.
 
-    It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if the
-    facets are not known.
+    It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if
+    the facets are not known.
     """
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
@@ -65,7 +66,9 @@ def contact_edge_error(metric: ContactArea, seen: ProbeResultUnderTest) -> float
 
 
 def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the error part due to contact gaps, as {part name: function of a probe result}; empty without contact."""
+    """Return the part of the error from contact gaps, as {part name: function of a probe result}; empty without
+    contact.
+    """
     from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, SelfContact)]
@@ -76,10 +79,10 @@ def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnder
 
 
 def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
-    """Return whether balance with only dead loads determines the metric's contact or support force.
+    """Return whether the force that a metric measures follows from the balance with dead loads alone.
 
-    This requires that nothing else holds the body along any axis of the metric's direction. A gap then does not change
-    the force.
+    This requires that nothing else holds the body along any axis of the metric's direction. A gap then does not
+    change the force.
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analysis_words import Dynamic

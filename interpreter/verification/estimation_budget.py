@@ -23,7 +23,7 @@ class BudgetExceeded(NoErrorEstimate):
 
 @dataclass
 class Budget:
-    """CPU time that an estimate may spend, s, counted within a `with` block.
+    """CPU time that error estimates of one solution may spend, s, counted within a `with` block.
 
     `asked` is true if the result was requested; otherwise only slight costs are allowed.
     """
@@ -96,13 +96,13 @@ class Budget:
             raise BudgetExceeded(f"computing it would take more than {self.words}")
 
     def check(self, *_: object) -> None:
-        """Raise BudgetExceeded if the budget is spent."""
+        """Raise BudgetExceeded if the budget is spent; usable as a callback with any arguments."""
         if self.left < 0.0:
             raise BudgetExceeded(f"computing it takes more than {self.words}")
 
 
 def _listener() -> Any:
-    """Return the counter of compilation seconds; None if nothing in this program compiles."""
+    """Return the counter of the time spent in compilation, s; None if nothing in this program compiles."""
     if "numba" not in sys.modules:
         return None
     from numba.core import event

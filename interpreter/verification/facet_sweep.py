@@ -171,10 +171,7 @@ class FacetSweep:
         return np.concatenate([xi, more])
 
     def _find_crossing_borders(self, f: Ints) -> tuple[Any, Any]:
-        """Return which borders pass between lattice points of facets f, as a mask (b, f), and the facets with a
-        selected
-        point.
-        """
+        """Return which borders cross a lattice of points on facets f, (b, f), and the facets with a selected point."""
         inside = np.zeros(len(f), dtype=np.bool_)
         cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
         xi = self._lattice(ASKED, np.zeros((0, 2)))

@@ -32,7 +32,9 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
-    """Return the volume fraction that is not strongly elliptic, or not Drucker stable, and its most strained point."""
+    """Return the volume fraction in which the law is not strongly elliptic, or not Drucker stable, and its most
+    strained point.
+    """
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
     how = thing.stress_law
@@ -96,7 +98,7 @@ class EllipticityTest:
     """Test whether a constitutive law is strongly elliptic in a state, so that the material is stable."""
 
     def sound(self, material: Any) -> bool:
-        """Return whether the material needs no test: viscoelastic, or elliptic by its constants."""
+        """Return whether a material needs no test, because it is viscoelastic, or elliptic by its constants."""
         return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
 
     def may_be_unstable(self, material: Any, F: Floats) -> bool:
@@ -114,7 +116,7 @@ class DruckerStabilityTest:
     """Test of Drucker's stability of a constitutive law, in terms of Hencky strain."""
 
     def sound(self, material: Any) -> bool:
-        """Return whether the material needs no test: stable by its constants, viscoelastic, or with fibres."""
+        """Return whether a material needs no test: it is stable by its constants, viscoelastic, or has fibres."""
         if getattr(material, "directed", False) or getattr(material, "branches", ()):
             return True
         return bool(getattr(material, "convex_above", math.inf) <= 0.0)

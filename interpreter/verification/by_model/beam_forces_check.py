@@ -119,7 +119,7 @@ class BeamLine:
         return both
 
     def _lumped_lengths(self, begin: Floats, end: Floats) -> Floats:
-        """Return the length, m, of an axial interval that is lumped to each node, shape (n,)."""
+        """Return the part of an interval of the axis, m, that belongs to each node, shape (n,)."""
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
         return integrate_hats(self.s, low, high)
 
@@ -252,7 +252,9 @@ def beam_line_of(found: VerifiedSolution) -> BeamLine:
 
 
 def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
-    """Return the deformed rod of a solution and the sampling distance from the axis, m; computed once."""
+    """Return the deformed rod of a solution, and the distance from the axis at which it is sampled, m; computed
+    once.
+    """
     if rod_of not in found.known:
         line, displacement = beam_line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)

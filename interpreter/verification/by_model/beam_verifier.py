@@ -32,7 +32,9 @@ BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and tim
 
 
 class BeamVerifier(Verifier):
-    """Verifier of beams, by forces from positions of points, by other segments, and by estimates of theory errors."""
+    """Verifier of beams: independent forces from positions of points, other numbers of segments, and errors of beam
+    theory.
+    """
 
     theory = "beams"  # what theory it is, for messages
 

@@ -55,7 +55,7 @@ class DeformedNetwork:
 
     @property
     def network(self) -> Network:
-        """Geometry of the network."""
+        """Geometry of the undeformed network."""
         return _network(self.found.case)
 
     @cached_property
@@ -192,7 +192,8 @@ class DeformedNetwork:
     def held(self) -> NDArray[np.bool_]:
         """Return a mask of the force and moment components (p, 6) that all supports together carry.
 
-        Moments at hinges are resolved as by `hinged`; the component about the hinge axis is not carried.
+        Moments at hinges have components as in `resolve_hinge_moments`; the component about the hinge axis is not
+        carried.
         """
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:

@@ -1,4 +1,4 @@
-"""Verifier of the one-point model, which computes stress by finite differences of the energy."""
+"""Verifier of a single material point, whose stress it computes by finite differences of the energy."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from softmark.solvers.mesh.shape import Prism
 
 
 class MaterialPointVerifier(Verifier):
-    """Verifier of the one-point model: corner forces by finite differences of the energy, and no mesh to refine."""
+    """Verifier of a single material point: corner forces by finite differences of the energy, and no mesh to refine."""
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
         """Return the report entry `largest_strain`: the spectral norm of F - I, with F the deformation gradient."""
@@ -63,7 +63,9 @@ class MaterialPointVerifier(Verifier):
         return 0.0
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference from a material point with the law of the declared material. Raises NoErrorEstimate."""
+        """Return the difference from a material point with the most accurate strain measure of its law. Raises
+        NoErrorEstimate.
+        """
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
