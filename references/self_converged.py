@@ -10,8 +10,7 @@ from softmark.references.reference_base import How, Reference
 
 @dataclass(frozen=True)
 class SelfConverged(Reference):
-    """Reference for problems without a theory: the limit of two or more of the scene's own models as their mesh is
-    refined.
+    """Limit of the scene's own models under mesh refinement, as reference for problems without a theory.
 
     Name at least two `fem` models in `methods` and at least three cell sizes in `sizes`. Each model is solved with
     each size in place of its own, which may take longer than the rest of the scene. The models need a `size`,

@@ -269,9 +269,7 @@ def create_object(
 
 
 def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
-    """Report an error if none or several of a group of alternative fields are given; return whether there was an
-    error.
-    """
+    """Report an error if none or several of a group of alternative fields are given; return whether there was one."""
     broken = False
     for names in getattr(constructor.cls, "either", ()):
         given = [name for name in names if name in bound]

@@ -271,8 +271,8 @@ def _compile_kernels(work: StateRun, name: str, prepared: Prepared) -> None:
 def estimate_model_errors(work: StateRun, names: Iterable[str]) -> None:
     """Estimate the errors of models and store them in their results.
 
-    Models in the option `stated` do so at additional cost. With the option `free`, other models state errors that cost
-    nothing.
+    Models named in the option `stated` compute them at additional cost. With the option `free`, other models
+    state errors that cost nothing.
     """
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:

@@ -1,5 +1,4 @@
-"""Walk of a robustness study: the search for the values of one parameter, in one direction, at which a model
-fails.
+"""Walk of a robustness study: the search for the values of one parameter, in one direction, at which a model fails.
 
 The parameter moves away from its value in the scene, rung by rung of its scale, and the model is solved at
 each rung. Then the walk refines each edge by bisection. An edge is the position at which the result changes

@@ -32,7 +32,7 @@ FEM = "use `fem(...)` with `strain = finite`, which supports every law"
 
 
 def is_directed(material: Any) -> bool:
-    """Return whether a material has fibre directions; for a plate, whether its solid material has."""
+    """Return whether a material has fibre directions; for a plate, whether the material of its solid has."""
     plate = material if not material.thin else material.of
     return bool(getattr(plate, "directed", False))
 
@@ -181,7 +181,7 @@ def _check_symmetry(case: Case) -> Diagnostic | None:
 
 
 def _is_unknown_without_mesh(material: Any) -> bool:
-    """Return whether fibre directions are known only on a mesh, or were already refused."""
+    """Return whether fibre directions can be checked only on a mesh, or were already refused."""
     from softmark.solvers.materials.anisotropic_material import lacks_sheets
     from softmark.solvers.materials.material_axes import InvalidDirection
 

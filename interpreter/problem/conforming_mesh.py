@@ -1,5 +1,4 @@
-"""Positions at which meshes of a shape need nodes, so that supports and material regions follow their selections
-exactly.
+"""Positions at which meshes of a shape need nodes, so that supports and regions follow their selections exactly.
 
 A mesh can follow the border of a condition if a coordinate of the shape is constant on it: planes normal to
 the edges of a box; planes normal to the axis of a cylinder, and circles around it; spheres around the centre
@@ -94,9 +93,7 @@ class _ConditionInShape:
     # -------------------------------------------------------------- positions of borders
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the surfaces inside the body, each by the coordinate that is constant on it and its value, m, that form
-        a border.
-        """
+        """Yield the surfaces in the body that coincide with a border, each by its constant coordinate and value, m."""
         for axis, (low, high) in self.shape.coordinate_ranges.items():
             if axis in ANGLES:
                 continue
@@ -105,7 +102,7 @@ class _ConditionInShape:
                 yield from ((axis, at) for at in met[0])
 
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the end surfaces of the body, each by its coordinate and its value, m, that coincide with a border."""
+        """Yield the end surfaces that coincide with a border, each by its constant coordinate and value, m."""
         slack, spans = SAME * self.extent**border.power, self.shape.coordinate_ranges
         rays = [self._scattered_coordinates(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
@@ -114,9 +111,7 @@ class _ConditionInShape:
                     yield axis, t
 
     def _scattered_coordinates(self, share: float) -> Place:
-        """Return the coordinates of an irregularly placed sample point of the shape; `share` from 0 to 1 selects the
-        point.
-        """
+        """Return the coordinates of an irregularly placed sample point; `share` from 0 to 1 selects the point."""
         return {
             n: a + (b - a) * _scattered_fractions(share, i)
             for i, (n, (a, b)) in enumerate(self.shape.coordinate_ranges.items())
@@ -203,7 +198,7 @@ class _ConditionInShape:
 
 
 def _scattered_fractions(share: float, number: int) -> float:
-    """Return a fraction for span `number`, scattered so that the fractions of several spans do not form a line."""
+    """Return an irregular fraction, 0 to 1, for the coordinate with this `number`; `share` selects the sample point."""
     return (share + 0.31 * number) % 0.97 + 0.015
 
 

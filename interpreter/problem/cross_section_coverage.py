@@ -52,8 +52,7 @@ def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> 
 
 
 def _measure_coverage(condition: Condition, shape: Swept, station: float, extent: float) -> str:
-    """Return whether a condition selects all, some or none of a cross-section, by sample points and, if needed, by
-    area.
+    """Return whether a condition selects all, some or none of a cross-section, by sample points or by area.
 
     It is called for cross-sections for which bounds give no answer.
     """
@@ -151,7 +150,7 @@ def _crossing_stations(condition: Condition, shape: Swept) -> list[float]:
 def _stations_of_border(border: Border, shape: Swept, slack: float) -> list[float]:
     """Return the stations, m, at which one border starts or stops crossing cross-sections, to rounding.
 
-    They are the ends of every run of slabs in which the border's level changes sign.
+    Between two such stations the level of the border has both signs in every cross-section.
     """
 
     def crossed(a: float, b: float) -> bool:
@@ -201,9 +200,9 @@ def _points(shape: Swept, station: float) -> list[Point]:
 
 
 def selection_borders(condition: Condition, shape: Swept) -> list[float]:
-    """Return stations (m) where a selection of whole cross-sections begins or ends inside the body.
+    """Return the stations, m, inside the body at which a selection of whole cross-sections begins or ends.
 
-    The end faces are left out: a border there lies off them by the tolerance of conditions.
+    The end faces are left out, although conditions hold slightly beyond them by their tolerance.
     """
     found = inner_stations(condition, shape)
     ends = ((s, _is_section_selected(condition, shape, s)) for s in (END * shape.length, (1 - END) * shape.length))

@@ -51,8 +51,7 @@ def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, 
 
 
 def contact_edge_error(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
-    """Return the error of a contact area from facets that the edge of the contact crosses, in the unit of the
-    metric.
+    """Return the error of a contact area from facets that the edge of the contact crosses, in the unit of the metric.
 
     It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if
     the facets are not known.
@@ -66,9 +65,7 @@ def contact_edge_error(metric: ContactArea, seen: ProbeResultUnderTest) -> float
 
 
 def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the error from contact gaps, as {part name: function of a probe result}; empty without
-    contact.
-    """
+    """Return the error part due to contact gaps, as {part name: function of a probe result}; empty without contact."""
     from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, SelfContact)]

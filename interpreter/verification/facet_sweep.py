@@ -1,5 +1,4 @@
-"""Selected parts of surface facets by a sweep of straight lines, as an independent check of the solver's
-selection.
+"""Selected parts of surface facets by a sweep of straight lines, as an independent check of the solver's selection.
 
 The solver cuts facets into triangles along the borders of a condition. Here every facet is swept by straight
 lines of its local coordinates: crossings of a border and a line are bisected, the condition is evaluated once
@@ -39,9 +38,7 @@ MOST_UNSURE = 1e-6  # largest uncertain share of a load that counts as verified
 
 
 def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
-    """Yield each condition on coordinates with the facets to which it applies, and the map of these onto their
-    curved side.
-    """
+    """Yield each condition on coordinates with its facets, and the map of these facets onto their curved side."""
     for condition, members in split_by_groups(where, facet_membership(mesh)):
         own = np.zeros(len(mesh.facets), dtype=np.bool_)
         own[members] = True
@@ -249,9 +246,7 @@ class FacetSweep:
         return facet[:-1][real], place[:-1][real], place[1:][real]
 
     def _border_ends_on_sides(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Return the facets and the coordinates a of lines at which borders meet the sides where the lines begin or
-        end.
-        """
+        """Return facets and coordinates a of lines at which borders meet the sides where lines begin or end."""
         t, found = np.linspace(0.0, 1.0, ASKED), []
         for end in (0.0, 1.0):
             grid = np.tile(t, (len(f), 1))
@@ -358,8 +353,7 @@ class FacetSweep:
 def _find_sign_changes(
     level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]
 ) -> tuple[Ints, Floats, Floats, Floats]:
-    """Return where a level (m, l) changes its sign along lines: the lines (c,), the two positions, and the sign
-    before.
+    """Return where a level (m, l) changes its sign along lines: the lines (c,), the two positions, and the sign before.
 
     `t` (m,) are the positions on the lines. Where a level only approaches zero, the minimum of a parabola shows
     whether it crosses zero.

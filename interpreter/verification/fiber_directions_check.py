@@ -1,6 +1,4 @@
-"""Independent formulas for materials with fibres: fibre directions, and bodies whose nodal forces can be
-computed.
-"""
+"""Independent formulas for materials with fibres: fibre directions, and bodies whose nodal forces can be computed."""
 
 from __future__ import annotations
 
@@ -155,8 +153,7 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
 def _active_strain_mixed_body(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
 ) -> MixedBody:
-    """Return the deformed body of cells of muscle with active strain in mixed formulation. Raises
-    NoIndependentFormula.
+    """Return the deformed body of cells of muscle with active strain in mixed formulation. Raises NoIndependentFormula.
 
     Active strain preserves the volume, so the pressures are not changed.
     """

@@ -318,8 +318,7 @@ def cell_to_cube(kind: str, xi: Floats) -> Floats:
 
 
 def heterogeneity_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the error from constants that vary within cells, as {part name: function of a probe
-    result}.
+    """Return the part of the error from constants that vary within cells, as {part name: function of a probe result}.
 
     If quadrature errors change every stiffness by at most some fraction, a result changes by at most that
     fraction. A body may also be softer than its cells, by the bounds of layers in series, or stiffer than cells

@@ -32,9 +32,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
-    """Return the volume fraction in which the law is not strongly elliptic, or not Drucker stable, and its most
-    strained point.
-    """
+    """Return the volume fraction without strong ellipticity or Drucker stability, and its most strained point."""
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
     how = thing.stress_law

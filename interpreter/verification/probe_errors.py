@@ -55,8 +55,7 @@ class CachedField:
 
 @dataclass(frozen=True)
 class ProbeResultUnderTest:
-    """Result at a probe whose error is estimated: points X (n, 3), m, and displacements u (n, 3) or with `times` (t,
-    n, 3), m.
+    """Result at a probe at points X (n, 3), m, whose error is estimated: displacements u (n, 3) or (t, n, 3), m.
 
     `field` gives the displacement at any point at the end, `history` that over time. `probe`, `view`, `stress`
     and `at_rest` are further input of the metric.

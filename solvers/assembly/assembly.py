@@ -54,18 +54,14 @@ class Assembly:
         return other
 
     def with_internal_and_loads(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Return a copy with other internal energies and other loads on the same degrees of freedom and sparsity
-        pattern.
-        """
+        """Return a copy with other internal energies and loads on the same degrees of freedom and pattern."""
         other = self.with_internal(internal)
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
 
     def internal_energies(self, name: str) -> tuple[Energy, ...]:
-        """Return all internal energies whose name is this word and a number, such as `cells 0` and `cells 1` for
-        `cells`.
-        """
+        """Return all internal energies whose name is this word and a number, such as `cells 0` for `cells`."""
         return tuple(e for n, e in zip(self.names[0], self.internal, strict=True) if n.rpartition(" ")[0] == name)
 
     @property
@@ -184,8 +180,7 @@ class Assembly:
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the largest fraction, at most 1, of an increment d (dofs,) of x (dofs,), m, without collision of
-        surfaces.
+        """Return the largest fraction, at most 1, of an increment d (dofs,) of x (dofs,) without collision.
 
         It is 1 without contact between deformable surfaces.
         """

@@ -175,9 +175,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 
 
 def _pressure_supports(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
-    """Return the support that prescribes each pressure unknown, by its index, and the drained facets (f,). Raises
-    Fault.
-    """
+    """Return the support of each prescribed pressure unknown, by index, and the drained facets (f,). Raises Fault."""
     number = np.full(len(mesh.points), -1)
     number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes
     found: dict[int, Declared] = {}

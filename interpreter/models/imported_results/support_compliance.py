@@ -41,7 +41,7 @@ POWER = 0.1  # tolerance, relative to a power of ten
 
 @dataclass(frozen=True)
 class SupportCompliance:
-    """How well imported displacements satisfy the prescribed displacements of one support.
+    """Deviation of imported displacements from the prescribed displacements of one support.
 
     `far`, m, is the largest deviation from the prescribed displacements, and `told`, m, the largest prescribed
     displacement. `times` is the ratio of found to prescribed displacements, by least squares.

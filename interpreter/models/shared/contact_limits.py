@@ -1,5 +1,4 @@
-"""Checks of models that support contact: analyses, options and materials that they do not support together with
-contact.
+"""Checks of models that support contact: analyses, options and materials that exclude contact.
 
 Only scenes with contact import this module.
 """
@@ -42,9 +41,7 @@ def check_rigid_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def check_self_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for analyses, options and materials that a model does not support together with self-contact or a
-    tie.
-    """
+    """Yield errors for analyses, options and materials that exclude self-contact or ties."""
     for pair in case.pairs:
         if not (case.has_material_history or case.porous or isinstance(case.analysis, Static | Dynamic)):
             yield _pair_contact_error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",

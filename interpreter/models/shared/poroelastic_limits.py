@@ -20,9 +20,7 @@ ANALYSIS_EXAMPLE = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
-    """Yield the error about an invalid poroelastic material of a case, or about plane stress, which it does not
-    support.
-    """
+    """Yield the error about an invalid poroelastic material of a case, or about one in plane stress."""
     if case.planar == "plane_stress":
         yield diagnostic(
             "E435",

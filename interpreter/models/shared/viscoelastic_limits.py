@@ -34,9 +34,7 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
 
 
 def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if a model or its analysis does not support a viscoelastic body, and a warning about long time
-    steps.
-    """
+    """Yield errors if a model or its analysis excludes a viscoelastic body, and a warning about long time steps."""
     if not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
                                                 "analysis over time", "needs an analysis over time",

@@ -65,8 +65,7 @@ class Patches:
         return found
 
     def seen(self, X: Floats) -> tuple[Any, Any, Any]:
-        """Return the coordinates x, y, z of facet points X (..., 3), m, after `out` has moved them onto the exact
-        surface.
+        """Return the coordinates x, y, z of facet points X (..., 3), m, moved onto the exact surface by `out`.
 
         Conditions are evaluated at these coordinates.
         """
@@ -238,9 +237,7 @@ class BorderBounds:
 
 
 def bounds_over_triangles(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return lower and upper bounds (n,) over triangles, from corner values v (n, 3) and bounds D of side slopes (3,
-    n).
-    """
+    """Return lower and upper bounds (n,) over triangles, from corner values v (n, 3) and side slopes D (3, n)."""
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):
         onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])

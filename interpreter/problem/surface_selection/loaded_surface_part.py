@@ -189,8 +189,7 @@ def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurf
 
 
 def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
-    """Return which borders of a condition do not cut each facet of a mesh, as a mask (f, b), and their levels there
-    (f, b).
+    """Return which borders do not cut each facet of a mesh, as a mask (f, b), and their levels there (f, b).
 
     See `ConditionOnPatches`.
     """
@@ -225,9 +224,7 @@ def _decide_borders_on_sides(shape: Shape, condition: Condition, asked: Conditio
 
 
 def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
-    """Yield a mask of the flat facets, and for each curved side a mask of its facets with the projection onto that
-    side.
-    """
+    """Yield a mask of the flat facets, and of the facets of each curved side with the projection onto that side."""
     flat = np.ones(len(corners), dtype=np.bool_)
     for side in shape.sides:
         own = flat & side.of(corners)

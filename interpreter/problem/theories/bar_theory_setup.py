@@ -114,9 +114,7 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
 
     @cache
     def read() -> Any:
-        """Return the function that reads a file of field values. Raises NotApplicable if the constant varies over a
-        section.
-        """
+        """Return the function that reads a file of field values, after checking each section. Raises NotApplicable."""
         from softmark.interpreter.problem.field_files import read_field
 
         for along, across in _section_sample_points(case.prism, root, axis):

@@ -167,9 +167,7 @@ class _FrameBuilder:
         return found
 
     def _selected_nodes(self, thing: Any) -> list[int]:
-        """Return the numbers of the nodes that the `where` of a support or load selects: joints before nodes within
-        members.
-        """
+        """Return the numbers of the nodes that the `where` of a support or load selects, joints first."""
         return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
     def _support_constraints(self) -> tuple[Floats, Floats]:

@@ -125,8 +125,7 @@ def _point_at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
 
 
 def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
-    """Return whether a condition, which depends only on the distance from the centre, holds at the distance `radius`,
-    m.
+    """Return whether a condition on the distance from the centre holds at the distance `radius`, m.
 
     `extent`, m, is the diagonal of the body, from which tolerances are taken.
     """

@@ -116,9 +116,7 @@ def _require_determined_blocks(stack: Stack) -> None:
 
 
 def block_pile_of(case: Case) -> BlockPile:
-    """Return the blocks of a case, sorted along their axis. Raises NotApplicable if they do not form a stack of one
-    section.
-    """
+    """Return the blocks of a case, sorted along their axis. Raises NotApplicable unless they have one section."""
     name = case.body.name
     if not isinstance(case.shape, DisjointShapes):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
@@ -165,9 +163,7 @@ def _block_without_ends(piled: BlockPile, number: int) -> BoxBody:
 
 
 def _block_material(piled: BlockPile, number: int) -> BlockMaterial:
-    """Return the material of a block. Raises NotApplicable if it is active, or if a region covers only a part of the
-    block.
-    """
+    """Return the material of a block. Raises NotApplicable if it is active, or a region covers a part of the block."""
     case, inner = piled.case, _block_without_ends(piled, number)
     material = case.material
     for part, own in zip(case.parts, case.materials[1:], strict=True):
@@ -211,9 +207,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
 
 
 def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
-    """Return the contacts that select both faces of the joint above a block. Raises NotApplicable if one selects a
-    part.
-    """
+    """Return the contacts that select both faces of the joint above a block. Raises NotApplicable."""
     found = []
     for pair in piled.case.pairs:
         each = {pair.thing.where.over(*face, piled.extent) for face in piled.faces(number)}
@@ -416,9 +410,7 @@ class PatchStress(AnalyticField):
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """Return scales for relative errors: root mean squares of stress, Pa, strain, and deviatoric stress, Pa, over
-        the body.
-        """
+        """Return scales of relative errors: root mean squares of stress, Pa, strain, and deviatoric stress, Pa."""
         blocks, way = self.theory.stack.blocks, self.theory.stack.way
         middles = np.array([replace_coordinate(block.root, way, 0.5 * (block.low + block.high)) for block in blocks])
         H, sigma = self.theory.fields(middles)

@@ -208,9 +208,7 @@ def _open_ends(case: Case, ends: HeldAndDrivenEnds) -> Drains:
 
 
 def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, HeldAndDrivenEnds, Drains]:
-    """Return the analysis, the ends of the column, and which ends are drained. Raises NotApplicable if the sides can
-    move.
-    """
+    """Return the analysis, the ends, and which ends are drained. Raises NotApplicable if the sides can move."""
     analysis, ends = _quasistatic_analysis(case), _find_ends(case, DRIVE)
     if not _are_sides_held(case, ends):
         raise NotApplicable(f"the sides of `{case.body.name}` can move", SIDES)
@@ -290,9 +288,7 @@ class PorousSetup(TheorySetup):
     admits_rigid_plates = admits_material_history = is_poroelastic = True
 
     def forces(self, case: Case, solution: Any) -> EquilibriumForces:
-        """Return the axial reaction forces and the fluid results of a theory; lateral forces are nan, because it gives
-        none.
-        """
+        """Return the axial reaction forces and the fluid results of a theory; lateral forces are not known, nan."""
         ends = _find_ends(case, DRIVE)
         none, found = (0.0, 0.0, 0.0), {}
         unknown = (math.nan, math.nan, math.nan)

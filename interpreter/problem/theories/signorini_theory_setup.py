@@ -85,9 +85,7 @@ def _gap_above_face(name: str, shape: Any, face: Face) -> float:
 
 
 def _end_force(case: Case, face: Face) -> float:
-    """Return the force, N, that a traction exerts on the end that meets the plane, positive outward. Raises
-    NotApplicable.
-    """
+    """Return the outward force, N, of a traction on the end that meets the plane. Raises NotApplicable."""
     if not case.loads:
         return 0.0
     load = case.loads[0]

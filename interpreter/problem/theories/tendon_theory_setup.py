@@ -92,9 +92,7 @@ def _tendon_route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vecto
 
 
 def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
-    """Return the cross-section by the dimensions in the scene; the height of a box lies along the third vector of
-    `frame`.
-    """
+    """Return the cross-section as declared; the height of a box lies along the third vector of `frame`."""
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)
     if isinstance(shape, Tube):

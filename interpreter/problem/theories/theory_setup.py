@@ -52,8 +52,7 @@ class TheorySetup:
         return type(self).stress is not TheorySetup.stress
 
     def check_case(self, reference: Declared, case: Case) -> None:
-        """Check that the theory applies to a case: isotropy, uniform material, contact, foundations, pore fluid,
-        viscosity.
+        """Check that the theory applies to the material, contacts and foundations of a case.
 
         Raises Fault about the material, and NotApplicable about all else.
         """
@@ -77,8 +76,7 @@ class TheorySetup:
             raise NotApplicable("its body is viscoelastic", "compare with the elastic law, or with `prony(...)`")
 
     def problem_from(self, reference: Declared, case: Case) -> Any:
-        """Return the problem for `solve` of the reference, such as a `Cantilever`, from the shape, supports and loads
-        of a case.
+        """Return the problem that `solve` of the reference takes, from the shape, supports and loads of a case.
 
         Raises NotApplicable if the case violates an assumption of the theory.
         """

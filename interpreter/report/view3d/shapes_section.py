@@ -148,9 +148,7 @@ class _Shapes:
 
     @cached_property
     def against(self) -> str:
-        """Name of the reference from which the shown errors are measured, as text; `its reference` if there are
-        several.
-        """
+        """Name of the reference of the shown errors, as text; `its reference` if there are several."""
         names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
         return f"`{names[0]}`" if len(names) == 1 else "its reference"
 

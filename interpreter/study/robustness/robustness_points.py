@@ -98,9 +98,7 @@ class VariedScene:
         return TruthRequest(self.asked.against, self.asked.metric)
 
     def refusal(self, values: Values, model: str) -> ClassifiedPoint | None:
-        """Return the class of a model that validation refuses at these values; None if the scene has no errors about
-        it.
-        """
+        """Return the class of a model that validation refuses at these values; None without errors about it."""
         site = self.scene_at(values)
         if not site.errors:
             return None

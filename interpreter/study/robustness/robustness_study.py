@@ -49,9 +49,7 @@ Then = Callable[[ClassifiedPoint], None]
 
 @dataclass(frozen=True)
 class RobustnessRequest:
-    """Settings of robustness studies: `timeout` is the CPU time per solution, s, `memory` the limit of each worker,
-    GiB.
-    """
+    """Settings of robustness studies: `timeout`, s of CPU time per solution, and `memory`, GiB per worker."""
 
     folder: Path
     models: tuple[str, ...] = ()

@@ -1,5 +1,4 @@
-"""Validity edges of models: the limit of a quantity up to which results are right, and the class of results
-beyond it.
+"""Validity edges of models: the limit of a quantity up to which results are right, and the class of results beyond it.
 
 Edges are found by walks, which vary one quantity in one direction.
 """

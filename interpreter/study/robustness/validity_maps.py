@@ -1,6 +1,4 @@
-"""Validity maps: the class of a model on a coarse grid over two quantities, both of which may be extreme at
-once.
-"""
+"""Validity maps: the class of a model on a coarse grid over two quantities, both of which may be extreme at once."""
 
 from __future__ import annotations
 

@@ -120,9 +120,7 @@ def time_jobs(
 
 
 def describe_host() -> str:
-    """Return a text with the names of this machine and of its Python version; only times with equal texts are
-    comparable.
-    """
+    """Return the names of this machine and its Python version as text; only times with equal texts are comparable."""
     return f"{platform.node()} {platform.machine()} python {platform.python_version()}"
 
 

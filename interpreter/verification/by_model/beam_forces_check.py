@@ -252,9 +252,7 @@ def beam_line_of(found: VerifiedSolution) -> BeamLine:
 
 
 def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
-    """Return the deformed rod of a solution, and the distance from the axis at which it is sampled, m; computed
-    once.
-    """
+    """Return the deformed rod of a solution, and the distance from the axis at which it is sampled, m."""
     if rod_of not in found.known:
         line, displacement = beam_line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)

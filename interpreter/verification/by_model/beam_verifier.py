@@ -32,9 +32,7 @@ BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and tim
 
 
 class BeamVerifier(Verifier):
-    """Verifier of beams: independent forces from positions of points, other numbers of segments, and errors of beam
-    theory.
-    """
+    """Verifier of beams, by forces from displaced points, other numbers of segments, and errors of beam theory."""
 
     theory = "beams"  # what theory it is, for messages
 

@@ -1,6 +1,4 @@
-"""Verifier of external solvers: it applies softmark's force formulas to their displacements, but estimates no
-error.
-"""
+"""Verifier of external solvers: it applies softmark's force formulas to their displacements, but estimates no error."""
 
 from __future__ import annotations
 

@@ -63,9 +63,7 @@ class MaterialPointVerifier(Verifier):
         return 0.0
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference from a material point with the most accurate strain measure of its law. Raises
-        NoErrorEstimate.
-        """
+        """Return the difference from a material point with its most accurate strain measure. Raises NoErrorEstimate."""
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(

@@ -81,9 +81,7 @@ def _largest_poisson(answer: SolutionUnderTest) -> float:
 
 
 class SolidVerifier(SizedMeshVerifier):
-    """Verifier of finite elements, by independent forces, a finer space on the same cells, and the best strain
-    measure.
-    """
+    """Verifier of finite elements, by independent forces, a finer space, and the most accurate strain measure."""
 
     holds = True
 
@@ -178,8 +176,7 @@ class SolidVerifier(SizedMeshVerifier):
         return left
 
     def _factor_by_observed_order(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float) -> float:
-        """Return the factor that turns the distance to the finer space into the error, by the observed convergence
-        order.
+        """Return the factor that turns the distance to the finer space into the error, by the observed order.
 
         The order follows from `apart`, the distance to the finer space, and the change from a coarser mesh. It is
         only used for slow convergence, since stresses at surfaces and edges may converge more slowly than the
@@ -436,8 +433,7 @@ class SolidVerifier(SizedMeshVerifier):
     def _common_volume_treatment(
         self, answer: SolutionUnderTest, thing: Fem, best: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Return the fields for a volume treatment that suits both strain measures; empty if the model's own suits
-        both.
+        """Return the fields for a volume treatment that suits both strain measures; empty if none must change.
 
         Averaging the volume over cells would affect the two laws differently.
         """

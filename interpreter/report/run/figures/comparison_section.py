@@ -59,9 +59,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def error_statements(findings: ReportSummary) -> str:
-    """Return the HTML of the error that each model states, and a line on the forces that were verified
-    independently.
-    """
+    """Return the HTML of the errors that models state, and a line on the forces that were verified independently."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := error_statement(m))]
     said += [tag("li", prose(quiet))] if (quiet := missing_estimates_sentence(findings.report)) else []

@@ -1,6 +1,4 @@
-"""Terminal lines that state which models agree with a given value, or lie in the band of results of several
-codes.
-"""
+"""Terminal lines that state which models agree with a given value, or lie in the band of results of several codes."""
 
 from __future__ import annotations
 
@@ -42,8 +40,7 @@ def _format_band(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _agreement_phrases(findings: ReportSummary, name: str) -> Iterator[str]:
-    """Yield phrases such as `inside: fine; outside: coarse (miss)` for the metrics compared with the reference
-    `name`.
+    """Yield phrases such as `inside: fine; outside: coarse (miss)` for the metrics compared with the reference `name`.
 
     For a curve, the phrase gives the fraction of the curve that is inside.
     """
