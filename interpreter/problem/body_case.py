@@ -121,7 +121,7 @@ class Case:
 
     @property
     def muscles(self) -> tuple[Declared, ...]:
-        """The declaration of the body, once for each material with active tension, as if it were only of this material."""
+        """The declaration of the body, once for each material with active tension, as if it had only this material."""
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
