@@ -135,7 +135,7 @@ class Walk:
         return found
 
     def edge(self) -> Edge:
-        """Return the validity edge found so far: the last right position and the first wrong one."""
+        """Return the validity edge found so far: the last position with right results and the first with wrong ones."""
         ts = sorted(self.seen)
         wrong = next((t for t in ts if self.seen[t].word not in ("right", "unjudged")), None)
         right = [t for t in ts if self.seen[t].word == "right" and (wrong is None or t < wrong)]
