@@ -25,20 +25,22 @@ else:
 
 @dataclass(frozen=True)
 class CtVolume(Reference):
-    """The surface of a body in voxel data: an isosurface by marching cubes.
+    """Measured surface of a body from a scan of voxels, such as a CT scan: an isosurface by marching cubes.
 
-    Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. Size,
-    position and directions of voxels are taken from the file; NRRD and NIfTI are in the frame of their own header,
-    DICOM in
-    that of the patient. The body is the region above `iso`; the level halfway between background and body is unbiased
-    for
-    flat faces. `smoothing` is the number of steps of Taubin's smoothing filter, which preserves the volume. `x` and `z`
-    are
-    the file's directions of the scene's axes, y follows.
+    `path` names the scan: NumPy (.npy, .npz) together with `spacing`, NRRD, NIfTI, or DICOM by the folder of a
+    series or one of its files. The body is the region with values above `iso`. For flat faces, the value halfway
+    between background and body gives an unbiased position. `smoothing` is the number of steps of Taubin's smoothing
+    filter, which preserves the volume.
 
-    `uncertainty` is the largest distance of any point of the surface from the truth: smaller differences are not
-    significant. A `virtual_scan` with the same voxels measures the error of the imaging chain itself. Needs the extra
-    `imaging`: `pip install "softmark[imaging]"`.
+    Size, position and directions of the voxels are taken from the file. NRRD and NIfTI use the coordinates of their
+    header, DICOM those of the patient. `x` and `z` are the directions in the file of the axes of the scene; y
+    follows from them.
+
+    `uncertainty` is the largest distance of a point of the surface from its true position; smaller differences from
+    a model are reported as not significant. To measure the error of the imaging itself, use a `virtual_scan` with
+    the same voxels.
+
+    Needs the extra `imaging`: `pip install "softmark[imaging]"`.
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1 (marching cubes); Taubin 1995.
     """
 

@@ -15,17 +15,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Hertz(Reference):
-    """Hertz contact of a rigid sphere with a face, without friction: force, area, pressure and displacements.
+    """Hertz contact of a rigid sphere with a flat face, without friction: force, area, pressure and displacements.
 
-    With E* = E / (1 - nu^2): contact radius sqrt(R d), force 4/3 E* sqrt(R) d^(3/2), largest pressure 2 E*/pi
-    sqrt(d/R); displacements are those of a half-space, at every point. `hertz_line` is for cylinders.
+    Use it for a body that is a box, a cylinder pressed on an end, or a rectangle at x = 0 in `axisymmetric`. One
+    rigid sphere is in contact; it is `displaced` toward the body, or fixed. The far face is fixed, or held along
+    its normal. Planes with `symmetric` may contain the axis. Compare models by the metrics `displacement`, `force`,
+    `contact_area`, `contact_pressure` and `pressure_along`. For a cylinder use `hertz_line`.
 
-    It applies to a box, a cylinder pressed on an end, or a rectangle at x = 0 in `axisymmetric`; one rigid body that is
-    `displaced` toward it, or fixed; and a far face that is fixed, or held along its normal. `symmetric` planes may
-    contain the axis. A law of large strain uses its small-strain moduli. The errors of the force by a depth that is not
-    small, by the thickness and by free sides are in the report (`off`), and reported with every result beyond 5 %; half
-    the thickness or the width is refused. It can be compared with the metrics `displacement`, `force`, `contact_area`,
-    `contact_pressure` and `pressure_along`.
+    With depth d, radius R and E* = E / (1 - nu^2), the contact radius is sqrt(R d), the force 4/3 E* sqrt(R)
+    d^(3/2), and the largest pressure 2 E*/pi sqrt(d/R). The displacements are those of a half-space at every point.
+    For a law of large strain, E and nu are its moduli at small strain.
+
+    Limits: the theory holds for a small depth in a thick and wide body. The report gives an estimate of the error
+    of the force from each of these three simplifications (`off`); above 5 %, every result carries a warning. A
+    contact radius above half of the thickness, or of the distance to a free side, is refused.
     Source: Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4.
     """
 

@@ -47,9 +47,9 @@ class Hookean:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.shear_modulus) and self.shear_modulus > 0.0):
-            raise NotApplicable(f"a shear modulus of {self.shear_modulus:g} Pa", "it must be positive")
+            raise NotApplicable(f"the shear modulus is {self.shear_modulus:g} Pa", "it must be positive")
         if not -1.0 < self.poisson <= 0.5:
-            raise NotApplicable(f"a Poisson's ratio of {self.poisson:g}", "it lies between -1 and 0.5")
+            raise NotApplicable(f"Poisson's ratio is {self.poisson:g}", "it lies between -1 and 0.5")
 
     def softness(self, n: int) -> float:
         """Return 1 / (n lam + 2 mu), 1/Pa, in n dimensions: 0 for an incompressible solid."""
@@ -87,7 +87,8 @@ class BodyWithRoundCore:
     def __post_init__(self) -> None:
         if not 0.0 < self.inner < self.outer:
             raise NotApplicable(
-                f"radii of {self.inner:g} and {self.outer:g} m", "the core must be smaller than the body"
+                f"the radii of core and body are {self.inner:g} and {self.outer:g} m",
+                "the core must be smaller than the body",
             )
         if not all(map(math.isfinite, self.stress)):
             raise NotApplicable("the remote stress is not finite", "give finite tensions")

@@ -201,7 +201,7 @@ def solve_line_contact(pressed: Indentation) -> LineContact:
     p = pressed
     assert p.slice is not None
     if math.isinf(p.around.thickness):
-        raise NotApplicable("the body has no far face", "hold one")
+        raise NotApplicable("no face opposite to the contact is held", "hold the opposite face")
     strip = Strip(p.size, p.depth, p.young, p.poisson, p.around.thickness, p.around.bonded)
     require_distance(strip.half, p.around.width, "the nearest free side", WIDE, "use a wider body")
     return LineContact(strip, p.slice, p.at, p.around)

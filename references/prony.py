@@ -101,7 +101,7 @@ class RelaxingBar:
     def __post_init__(self) -> None:
         if self.force and 1.0 - sum(self.g) < 1e-9:
             raise NotApplicable(
-                "its stress relaxes completely, so it flows under a force",
+                "the stress relaxes completely, so the bar flows under a force without limit",
                 "displace its end, or keep the sum of `g` below 1",
             )
         if len(set(self.tau)) < len(self.tau):

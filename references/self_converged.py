@@ -10,26 +10,32 @@ from softmark.references.reference_base import How, Reference
 
 @dataclass(frozen=True)
 class SelfConverged(Reference):
-    """The limit of two or more of the scene's own models under mesh refinement, for problems without a theory.
+    """Limit of the scene's own models under mesh refinement, as reference for problems without a theory.
 
-    Each model named is solved again with every one of the `sizes`, instead of its own size, for the same case, and its
-    displacements are extrapolated to h = 0: u = u1 + (u1 - u2) / (r^p - 1), with r the ratio of the finest two cell
-    sizes and p the order that the finest three meshes show in the L2 norm over the body. The estimate of the error is
-    that of the grid convergence index, 1.25 |u - u1| at the point where it is largest, with p no more than the
-    element's own order. If p is not between 0.5 and half an order above that, if cells do not shrink by one ratio in
-    all directions, or if neighbouring meshes differ by less than 1.3, nothing is extrapolated: the finest solution is
-    used, and the estimate is three times the largest difference between the meshes. The reference is the model of the
-    smallest estimate. Its error is that estimate, or its distance from the other models if that is larger. It is
-    refused if two models are farther apart than twice the sum of their estimates, and if the error is above 5 % of the
-    largest displacement.
+    Name at least two `fem` models in `methods` and at least three cell sizes in `sizes`. Each model is solved with
+    each size in place of its own, which may take longer than the rest of the scene. The models need a `size`,
+    different elements or different integration, and the same strain measure and material. Sizes must divide the
+    body evenly: for example a cylinder's radius divided by 2.5, 5 and 7.5, or a box's shortest edge divided by 2, 4
+    and 6. Only for static analyses.
 
-    It shares the solver, the material law and the loads with the models that it is compared with: it shows how much of
-    an error comes from the mesh, but not whether the code or the model is right. The models must be `fem` with a
-    `size`, with different elements or integration, of the same strain measure and material. Sizes must divide the body
-    evenly: a cylinder's radius divided by 2.5, 5 and 7.5, a box's shortest edge by 2, 4 and 6. Static analyses only.
-    Every size of every model is solved: this may take longer than the scene itself.
-    Source: Roache 1994, J. Fluids Eng. 116:405; Celik et al. 2008, J. Fluids Eng. 130:078001; Eca and Hoekstra 2014;
-    Oberkampf and Roy 2010, section 8.8.
+    The displacements of each model are extrapolated to cell size 0: u = u1 + (u1 - u2) / (r^p - 1). Here u1 and u2
+    are the solutions on the finest two meshes, and r is the ratio of their cell sizes. The order of convergence p
+    is computed from the finest three meshes in the L2 norm. The estimated error is the grid convergence index, 1.25
+    |u - u1| at the point where it is largest, with p at most the order of the element.
+
+    The displacements are not extrapolated in three cases: p is below 0.5 or more than half an order above that of
+    the element; cells do not shrink by one ratio in all directions; neighbouring sizes have a ratio below 1.3. The
+    solution on the finest mesh is then used, and its estimated error is three times the largest difference between
+    the meshes.
+
+    The model with the smallest estimated error becomes the reference. Its stated error is this estimate, or its
+    distance from the other models if that is larger. The reference is refused if the distance of two models exceeds
+    twice the sum of their estimates, or if the stated error exceeds 5 % of the largest displacement.
+
+    Limits: the reference uses the same solver, material law and loads as the models that are compared with it. It
+    shows how much of their error comes from the mesh, but not whether the program or the model is right.
+    Source: Roache 1994, J. Fluids Eng. 116:405; Celik et al. 2008, J. Fluids Eng. 130:078001; Eca and Hoekstra
+    2014; Oberkampf and Roy 2010, section 8.8.
     """
 
     methods: Annotated[tuple[str, ...], "models", "two or more `fem` models with different elements or integration"]

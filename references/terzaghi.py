@@ -50,10 +50,9 @@ class ConfinedColumn:
         """Return distances from the impermeable plane (n,), m, signs (n,), and whether the plane moves.
 
         They are those of points X (n, 3), m. The plane is the held end, the driven end, or the middle between two
-        drained ends.
-        With w the displacement away from the plane, the axial displacement of a point is its sign times w. If the plane
-        moves,
-        the displacement of the plane is added, which is w at the open end. Raises NotApplicable for invalid points.
+        drained ends. With w the displacement away from the plane, the axial displacement of a point is its sign times
+        w. If the plane moves, the displacement of the plane is added, which is w at the open end. Raises
+        NotApplicable for invalid points.
         """
         z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
         if self.drains == "driven":

@@ -37,7 +37,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import pytest  # noqa: E402
-from daily_selection import DAY, PARTS, WHOLE, waiting  # noqa: E402
+from daily_selection import DAY, PARTS, WHOLE, tests_not_run_today  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 from quick_cases import is_broad  # noqa: E402
 
@@ -141,7 +141,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if long or is_broad(item):
             item.add_marker(pytest.mark.slow)
     if of_folders(config) and not config.getoption("keyword") and not WHOLE:
-        later = waiting([item for item in items if item.get_closest_marker("slow")], shared_by)
+        later = tests_not_run_today([item for item in items if item.get_closest_marker("slow")], shared_by)
         config.hook.pytest_deselected(items=[item for item in items if item in later])
         items[:] = [item for item in items if item not in later]
     if hasattr(config, "workerinput"):

@@ -48,7 +48,7 @@ def test_all_slow_tests_run_within_two_weeks_and_single_ones_every_day(monkeypat
     for day in range(2 * daily_selection.PARTS):
         monkeypatch.setattr(daily_selection, "DAY", date.fromordinal(735_000 + day))
         tests: Any = list(every)  # pytest's own cannot be made without it
-        later = daily_selection.waiting(tests, lambda nodeid: nodeid[nodeid.find("[") + 1 : -1])
+        later = daily_selection.tests_not_run_today(tests, lambda nodeid: nodeid[nodeid.find("[") + 1 : -1])
         days.append(every - later)
     assert set.union(*days) == every
     assert set.union(*days[: daily_selection.PARTS]) >= every - {*BROAD}

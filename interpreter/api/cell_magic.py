@@ -56,8 +56,7 @@ class SceneMagics(Magics):
             %%scene soft -p "L=120 mm" --model rod
 
         NAME is an additional variable for the report. `{}` inserts Python values: `-p L={length}mm`. After an error
-        neither
-        variable is set, and the cells that would run next are stopped.
+        neither variable is set, and the cells that would run next are stopped.
         """
         try:
             given = parser().parse_args(shlex.split(line))

@@ -49,7 +49,7 @@ class ProgressLine:
 def progress_line() -> Iterator[Say]:
     """Yield a function that reports progress in the notebook's progress line, or nowhere outside a notebook.
 
-    This check does not import IPython.
+    The test for a notebook does not import IPython.
     """
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None

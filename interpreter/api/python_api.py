@@ -54,15 +54,11 @@ class LoadedScene:
         """Solve the models and evaluate metrics and expectations; `models` selects some of them.
 
         Each solution is repeated `repeat` times for timing. With `stated` each model also estimates its own error,
-        which about
-        doubles the cost.
+        which about doubles the cost.
 
-        A notebook shows the progress. Models that do not converge are in the report with their status: check the status
-        before
-        using their numbers.
-        Raises SceneError if the scene cannot be built or a name in `models` is unknown, and its subclass BadArgument
-        for an
-        argument of a wrong type or size.
+        A notebook shows the progress. Models that do not converge are in the report with their status: check the
+        status before using their numbers. Raises SceneError if the scene cannot be built or a name in `models` is
+        unknown, and its subclass BadArgument for an argument of a wrong type or size.
         """
         from softmark.interpreter.api import api_arguments
         from softmark.interpreter.validation.requested_names import unknown_models
@@ -87,11 +83,10 @@ class LoadedScene:
 def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
     """Return the scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    `parameters` replace those of the scene: texts, pint quantities, or numbers for parameters without a unit. `plugins`
-    are
-    plugin files or names of installed plugins whose words the scene may use. Raises SceneError with all diagnostics if
-    the
-    scene has errors, BadArgument for a value of a wrong type, FileNotFoundError if there is no such scene.
+    `parameters` replace those of the scene: texts, pint quantities, or numbers for parameters without a unit.
+    `plugins` are plugin files or names of installed plugins whose words the scene may use. Raises SceneError with all
+    diagnostics if the scene has errors, BadArgument for a value of a wrong type, FileNotFoundError if there is no
+    such scene.
     """
     from softmark.interpreter.api.api_arguments import check_path
 
@@ -162,8 +157,7 @@ def compare(
     `vary={"h": ["10 mm", "5 mm"]}` replaces the studies. `folder` keeps the journal from which `resume` continues; by
     default no journal is kept. `timeout` is in s for each configuration; `repeats=0` skips timing. Raises SceneError,
     BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or already has results, and
-    pool.Unavailable
-    if workers or a cluster are not available.
+    pool.Unavailable if workers or a cluster are not available.
     """
     import tempfile
 
@@ -217,10 +211,8 @@ def robustness(
 
     `silent` of the result lists the points with a wrong result and no warning. `folder` keeps the journal from which
     `resume` continues; by default no journal is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for
-    each
-    process. Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or already
-    has
-    results, and pool.Unavailable if workers are not available.
+    each process. Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or
+    already has results, and pool.Unavailable if workers are not available.
     """
     import tempfile
 

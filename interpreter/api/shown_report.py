@@ -42,10 +42,8 @@ class RunReport(Report):
         """Draw a probe or a metric by its name, by default the first one, into `ax` or a new figure.
 
         `kind` selects the plot if a name has several: `line` (deformed), `history` (over time), `curve` and `states`.
-        Raises
-        BadArgument, with the possible names, for a name or kind that cannot be drawn, and MissingExtra if matplotlib is
-        not
-        installed.
+        Raises BadArgument, with the possible names, for a name or kind that cannot be drawn, and MissingExtra if
+        matplotlib is not installed.
         """
         from softmark.interpreter.api.matplotlib_plots import plot
 

@@ -132,8 +132,7 @@ def _clear_pending_interrupt(status: int) -> int:
     """Clear an interrupt that CPython still remembers, and return the exit status unchanged.
 
     CPython remembers an interrupt that a library's `exec` let through, and would end this process by a signal instead
-    of
-    our exit status, although the interrupt was handled. It forgets the interrupt at the next `exec` of a text.
+    of our exit status, although the interrupt was handled. It forgets the interrupt at the next `exec` of a text.
     """
     if status == 130:
         exec("")

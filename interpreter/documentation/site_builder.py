@@ -132,8 +132,7 @@ def site(before: Callable[[], None] = lambda: None) -> BuiltSite:
     """Return the site of this version, from the cache or newly built.
 
     Before a build `before` is called; after it cached sites of other versions are removed. Raises Unavailable if the
-    extra
-    `docs` is missing, and OSError if files cannot be written.
+    extra `docs` is missing, and OSError if files cannot be written.
     """
     found = sources()
     home = cache_folder()

@@ -13,8 +13,7 @@ def anchors_by_name(folder: Path) -> dict[str, str]:
     """Return the file and anchor of every name on the site in `folder`.
 
     If pages, words, messages and scenes share a name, the first of these kinds gets it. If a word has several kinds,
-    such
-    as `surface (probe)`, the bare name leads to the first one.
+    such as `surface (probe)`, the bare name leads to the first one.
     """
     data = (folder / INVENTORY).read_bytes().split(b"\n", HEAD)[HEAD]
     found: dict[str, str] = {}

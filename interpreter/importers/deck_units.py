@@ -74,7 +74,7 @@ class FileUnits:
     system: str = ""
 
     def format_length(self, value: float) -> str:
-        """Format a length for a scene."""
+        """Format a length of the file with its unit, as a scene writes it."""
         return _format_with_unit(value, self.length)
 
     def format_stress(self, value: float) -> str:

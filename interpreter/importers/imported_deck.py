@@ -83,7 +83,7 @@ class FaceLoad:
 
 @dataclass(frozen=True)
 class NodeForces:
-    """Dead force that acts at each of some nodes (k,)."""
+    """Dead force, the same at each of some nodes (k,)."""
 
     name: str
     nodes: Ints

@@ -23,7 +23,7 @@ RIGID = "rigid"  # constructor of rigid bodies
 
 @dataclass(frozen=True)
 class Location:
-    """Span of a source text."""
+    """Place in a scene: the source text, and a span of it."""
 
     source: Source
     span: Span
@@ -129,7 +129,7 @@ class Scene:
     def vocabulary(self) -> Vocabulary:
         """Constructors that the texts of the scene may use. Raises ValueError if the scene was made without texts."""
         if self.table is None:
-            raise ValueError("the scene does not know its texts")
+            raise ValueError("the scene was made without its source texts")
         return self.table.vocabulary
 
     def of_kind(self, kind: str) -> dict[str, Declared]:

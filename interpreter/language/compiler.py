@@ -62,7 +62,7 @@ def compile_scene(
 def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     """Return the scene with further overrides, and all diagnostics; cached, without parsing the text again."""
     if scene.table is None:
-        raise ValueError("the scene does not know its texts")
+        raise ValueError("the scene was made without its source texts")
     kept: dict[tuple[Any, ...], tuple[Scene, list[Diagnostic]]] = scene.known.setdefault(recompile, {})
     key = tuple((o.text, o.written, o.place.source.name, o.name_span, o.node.span) for o in more)
     if key not in kept:

@@ -55,7 +55,7 @@ class Enclosure:
         return Enclosure(math.sqrt(max(self.low, 0.0)), math.sqrt(max(self.high, 0.0)))
 
     def magnitude(self) -> Enclosure:
-        """Return the absolute value."""
+        """Return an enclosure of the absolute value."""
         ends = (abs(self.low), abs(self.high))
         return Enclosure(0.0 if self.low < 0 < self.high else min(ends), max(ends))
 

@@ -53,7 +53,7 @@ class Expectations:
 
     @property
     def place(self) -> Context:
-        """Text of the scene."""
+        """Source text of the scene, to which errors point."""
         return self.module.place
 
     @cached_property

@@ -70,9 +70,9 @@ def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: Cont
 def parse_points(
     binder: Binder, field: Field, node: tree.Expression, place: Context
 ) -> tuple[tuple[float, float], ...]:
-    """Parse points of a plane. Raises EvaluationError.
+    """Parse a list of points of a plane, each with two coordinates. Raises EvaluationError.
 
-    The unit behind the list applies to each point without a unit of its own.
+    A unit behind the list applies to each point without a unit of its own.
     """
     if not isinstance(node, tree.List):
         raise binder.report_wrong_form(field, node, place)
@@ -97,7 +97,10 @@ def _parse_point(
 
 
 def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Sequence[tree.Expression]:
-    """Return one item, or the items of a nonempty list without unit or duplicates. Raises EvaluationError."""
+    """Return the items of a list as expressions, or a single expression as a sequence of one.
+
+    The list must not be empty, and must have no unit behind it and no equal items. Raises EvaluationError.
+    """
     if not isinstance(node, tree.List):
         return (node,)
     if node.unit is not None or not node.items:
@@ -180,7 +183,7 @@ class DataFieldFinder:
         return any(self.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
-        """Return whether a part of an expression is a data field, given by a call or by a declared name."""
+        """Return whether a part of an expression is a data field: a call that reads one, or the name of one."""
         if isinstance(part, tree.Call):
             return part.function.text in self.binder.vocabulary.get("field", {})
         return isinstance(part, tree.Name) and self.is_name_of_kind(part, "field")
@@ -266,7 +269,7 @@ def create_object(
 
 
 def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
-    """Report alternative fields of which none or several are given, and return whether there are any."""
+    """Report an error if none or several of a group of alternative fields are given; return whether there was one."""
     broken = False
     for names in getattr(constructor.cls, "either", ()):
         given = [name for name in names if name in bound]

@@ -1,9 +1,9 @@
 """Words of mechanics, medicine, imaging and other programs that the language lacks, with an explanation of each.
 
 Whole words are looked up before spelling is corrected: `reaction` is never read as `traction`, nor `cable` as `table`.
-`foreign_words.txt` has each explanation with its words indented below it. A word with exactly the meaning of one of
-ours belongs in `foreign_aliases`. To add a word, write it below its explanation. Case, underscores and a plural s do
-not count.
+`foreign_words.txt` has each explanation with its words indented below it. A word that means exactly the same as a word
+of the language belongs in `foreign_aliases`. To add a word, write it below its explanation. Case, underscores and a
+plural s do not count.
 """
 
 from __future__ import annotations

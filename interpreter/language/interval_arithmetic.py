@@ -40,8 +40,7 @@ class ValueBounds:
         """Return bounds `low` and `high` (n,) of a function that is undefined also outside its domain.
 
         The mask `may` (n,) is true where the value may lie outside the domain, `none` (n,) where it lies outside
-        everywhere in
-        the box.
+        everywhere in the box.
         """
         return _make_bounds(low, high, self.may | may | none, self.none | none)
 
@@ -71,7 +70,7 @@ def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds 
 
 
 def _make_bounds(low: Floats, high: Floats, may: Bools, none: Bools) -> ValueBounds:
-    """Return bounds as Values, in which bounds that are nan become infinite."""
+    """Return the bounds as `ValueBounds`, with infinite bounds where a bound is nan."""
     odd = np.isnan(low) | np.isnan(high)
     return ValueBounds(np.where(odd, -np.inf, low), np.where(odd, np.inf, high), may, none)
 

@@ -41,7 +41,7 @@ class Module:
 
 @dataclass(frozen=True)
 class Symbol:
-    """Name with its declaration and its module."""
+    """Declaration or parameter as parsed, with the module (file) in which it stands."""
 
     node: tree.Param | tree.Declare
     module: Module

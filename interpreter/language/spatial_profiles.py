@@ -104,7 +104,7 @@ class DirectionProfile:
 
 
 def constant_node(value: float) -> Node:
-    """Return the node of a number."""
+    """Return the expression node of a constant number."""
     return Node("number", value=value)
 
 
@@ -127,7 +127,7 @@ def _evaluate_on_arrays(node: Node, X: Any, read: Reading | None, np: Any) -> An
             return X[:, node.value]
         case "field":
             if read is None:
-                raise ValueError("a field, and nothing that reads it")
+                raise ValueError("the constant is a field from a file, and no reader of files was given")
             return read(node.value, X)
     parts = [_evaluate_on_arrays(part, X, read, np) for part in node.parts]
     match node.do:

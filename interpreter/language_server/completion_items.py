@@ -100,7 +100,7 @@ def _metric_items(here: CursorContext) -> Iterator[CompletionOffer]:
 
 
 def _argument(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
-    """Yield the fields that are not given yet, or values of the current field."""
+    """Yield completion offers inside a call: the fields that are not given yet, or values of the current field."""
     if not frame.name and not frame.value and frame.constructor is not None:
         positional = {f.name for f in frame.constructor.fields[: frame.place]}
         for field in frame.constructor.fields:

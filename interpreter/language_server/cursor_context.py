@@ -191,7 +191,10 @@ def _split_argument(argument: tuple[Token, ...]) -> tuple[str, tuple[Token, ...]
 
 
 def _constructor(here: CursorContext, function: str, outer: list[OpenBracket]) -> Constructor | None:
-    """Return the constructor that a call names, of the expected kind or else the first with this name."""
+    """Return the constructor that a call names.
+
+    If several kinds have a constructor of this name, that of the expected kind is used, or else the first.
+    """
     call = next((frame for frame in reversed(outer) if frame.function), None)
     field = call.field if call else None
     kind = field.kind if field else here.kind

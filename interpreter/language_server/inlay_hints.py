@@ -24,7 +24,7 @@ DIGITS = 6
 
 
 def hints(document: Document, params: types.InlayHintParams) -> list[types.InlayHint]:
-    """Return the hints in a range of lines."""
+    """Return the inlay hints in the requested range of lines."""
     first, last = params.range.start.line, params.range.end.line
     nodes = [n for n in document.tree.declarations if n.span.line - 1 <= last and n.span.end_line - 1 >= first]
     found = [*_si_value_hints(document, nodes), *_result_hints(document, nodes)]

@@ -182,7 +182,10 @@ def _names_in_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -
 
 
 def fields_of(node: tree.Call, vocabulary: Vocabulary, kind: str) -> tuple[Field, ...]:
-    """Return the fields of the constructor that a call names, of a kind or else the first with this name."""
+    """Return the fields of the constructor that a call names.
+
+    If several kinds have a constructor of this name, that of `kind` is used, or else the first.
+    """
     made = vocabulary.constructor(kind, node.function.text) if kind in vocabulary else None
     found = made or next(iter(vocabulary.find(node.function.text)), None)
     return found.fields if found else ()

@@ -59,7 +59,7 @@ def _is_own_source(document: Document, source: object) -> bool:
 
 
 def _related(document: Document, second: SecondaryPlace) -> types.DiagnosticRelatedInformation:
-    """Convert a secondary place of a message."""
+    """Return a secondary place of a diagnostic in the form of the protocol."""
     if _is_own_source(document, second.source):
         uri, at = document.uri, document.range(second.span)
     else:

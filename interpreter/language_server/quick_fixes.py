@@ -61,7 +61,7 @@ def _fix_all_actions(document: Document, uri: str) -> Iterator[types.CodeAction]
 def _edit(document: Document, found: Diagnostic) -> types.TextEdit:
     new = replacement(found)
     if new is None:
-        raise ValueError("a message without a replacement")
+        raise ValueError("the message has no replacement text")
     return types.TextEdit(document.range(new[0]), new[1])
 
 

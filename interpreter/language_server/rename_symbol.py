@@ -59,7 +59,7 @@ def _name_to_rename(document: Document, position: types.Position) -> Occurrence:
 
 
 def _find_objections(document: Document, target: Target, new: str) -> Iterator[str]:
-    """Yield the objections to a new name."""
+    """Yield reasons why a declaration cannot be renamed to `new`."""
     if not NAME.fullmatch(new):
         yield f"`{new}` is not a name: use the letters A to Z, a to z, digits and `_`"
     if new in reserved_words():

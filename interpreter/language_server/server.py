@@ -82,7 +82,7 @@ FEATURES: dict[str, Feature] = {
 
 
 class Protocol(LanguageServerProtocol):
-    """Protocol of pygls with a document class of our own.
+    """Protocol of pygls with another class of documents.
 
     The documents of pygls also split lines at form feeds, unlike the specification.
     """

@@ -148,7 +148,7 @@ class Document:
         return start + len(line)
 
     def position(self, offset: int) -> Position:
-        """Return the position of an offset."""
+        """Return the position (line and character) of an offset in the text."""
         from bisect import bisect_right
 
         line = bisect_right(self.starts, offset) - 1
@@ -156,5 +156,5 @@ class Document:
         return Position(line, len(before) + sum(ord(c) > 0xFFFF for c in before))
 
     def range(self, span: Span) -> Range:
-        """Return a span as a range of the protocol."""
+        """Return the line and character range, as in the protocol, of a span of offsets."""
         return Range(self.position(span.start), self.position(span.end))

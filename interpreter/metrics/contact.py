@@ -29,13 +29,13 @@ class ContactMetric(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the contact."""
+        """Name of the contact that the metric evaluates."""
         return self.of
 
     def contact_numbers(self, rest: EquilibriumForces) -> ContactNumbers:
         """Return area, pressure and gap of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
-            raise Undefined(f"only the force of `{self.of}` is known here")
+            raise Undefined(f"only the force of the contact `{self.of}` is known, not its area, pressure or gap")
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
@@ -43,7 +43,7 @@ class ContactMetric(ForceMetric):
         return abs(self._along(value))
 
     def _along(self, value: Floats) -> float:
-        """Return the first entry of `value`."""
+        """Return the first entry of `value`, which is the value of the metric."""
         return float(value.flat[0])
 
 
@@ -106,7 +106,9 @@ class ContactPressure(ContactMetric):
     def _pressure_at_point(self, touch: ContactNumbers) -> float:
         """Return the contact pressure at the requested point, Pa."""
         if touch.field is None:
-            raise Undefined(f"only the largest pressure of `{self.of}` is known here: remove `at`")
+            raise Undefined(
+                f"only the largest pressure of `{self.of}` is known, not the pressure at a point: remove `at`"
+            )
         assert self.at is not None
         found = float(touch.field.pressures(np.array([self.at]))[0])
         if math.isnan(found):

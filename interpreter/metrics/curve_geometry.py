@@ -77,7 +77,7 @@ class Overlay:
 
     @property
     def d(self) -> Floats:
-        """Difference y - r (k,)."""
+        """Difference of curve and reference, y - r (k,)."""
         return self.y - self.r
 
 
@@ -108,7 +108,7 @@ def _sort_by_x(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     if (steps < 0.0).all():
         return x[::-1], y[::-1]
     how = "turns back" if (steps < 0.0).any() and (steps > 0.0).any() else "stands still"
-    raise Undefined(f"x {how} on the way, but a curve must have one value for each x")
+    raise Undefined(f"x {how} between states, but a curve must have one value for each x")
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class HysteresisLoop:
         """Lost fraction of work, 1 - work of unloading / work of loading. Raises Undefined."""
         loading, unloading = self.works
         if loading == 0.0:
-            raise Undefined("the work of loading is zero, so there is no lost share")
+            raise Undefined("the work of loading is zero, so its lost fraction is not defined")
         return 1.0 - unloading / loading
 
     def within(self, low: float, high: float) -> HysteresisLoop:
@@ -153,13 +153,13 @@ def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> HysteresisLoop:
     """
     turn = int(np.abs(x - x[0]).argmax())
     if turn == len(x) - 1:
-        raise Undefined("it never turns back: a loop needs loading and unloading")
+        raise Undefined("the curve has no unloading: x never turns back")
     ways = [(x[part], y[part]) for part in (slice(0, turn + 1), slice(turn, None))]
     for way, _ in ways:
         steps = np.diff(way)
         if len(way) < 2 or not ((steps > 0.0).all() or (steps < 0.0).all()):
             raise Undefined(
-                "it stands still or turns back more than once: a loop needs one loading and one unloading path"
+                "the curve is not one loading path and one unloading path: x stands still, or turns back more than once"
             )
     there, back = (_sort_by_x(*way) for way in ways)
     low, high = max(there[0][0], back[0][0]), min(there[0][-1], back[0][-1])

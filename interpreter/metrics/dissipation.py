@@ -31,7 +31,7 @@ class Dissipation(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the body."""
+        """Name of the body whose dissipated energy is measured."""
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:

@@ -36,7 +36,7 @@ class DistanceStatistic(Metric):
     def uncertain(self) -> bool:
         """True if an uncertainty of the reference in m bounds the statistic.
 
-        This is not so for a standard deviation, which an offset does not change, and for a ratio, which is not in m.
+        It does not bound a standard deviation, which an offset does not change, or a ratio, which is not in m.
         """
         return self.statistic in ("mean", "max", "rms")
 

@@ -42,7 +42,7 @@ class Force(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the support or contact."""
+        """Name of the support or contact whose force is measured."""
         return self.of
 
     @property

@@ -44,5 +44,5 @@ class Frequency(Metric):
             raise Undefined("frequencies need a static equilibrium of a solid, a beam or a spring network")
         found = seen.vibrations(self.mode)
         if len(found) < self.mode:
-            raise Undefined(f"it has only {len(found)} modes")
+            raise Undefined(f"the model has only {len(found)} vibration modes")
         return Measurement(float(found[self.mode - 1]), {"frequencies_Hz": found.tolist()})

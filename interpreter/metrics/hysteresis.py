@@ -52,7 +52,7 @@ class Hysteresis(CurveMetric):
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the lost fraction of work, or its difference from that of a measured curve. Raises Undefined."""
         if seen.curve is None:
-            raise Undefined("it has no curve")
+            raise Undefined("there is no curve over several states")
         along, own = seen.curve.units
         loop = curve_geometry.split_loop(seen.curve.x, seen.curve.y, along)
         (loading, unloading), (low, high) = loop.works, loop.ends
@@ -112,7 +112,7 @@ def _estimate_chord_error(course: MetricCurve, loop: HysteresisLoop) -> float:
         [0, *range(loop.turn, 0, -2), *range(loop.turn, last, 2), last]
     )  # same positions for loading and unloading
     if len(some) == last + 1:
-        raise Undefined("with so few states the error of the loop between states is not known")
+        raise Undefined("there are too few states to estimate the error of the loop between them")
     return abs(curve_geometry.split_loop(course.x[some], course.y[some]).lost - loop.lost) / 3.0
 
 

@@ -43,7 +43,7 @@ class Moment(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the support or contact."""
+        """Name of the support or contact whose moment is measured."""
         return self.of
 
     @property

@@ -42,7 +42,7 @@ class PorePressure(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the body."""
+        """Name of the body whose pore pressure is measured."""
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:
@@ -57,7 +57,7 @@ class PorePressure(ForceMetric):
         return abs(float(value[0]))
 
     def _along(self, value: Floats) -> float:
-        """Return the pressure at the point."""
+        """Return the pore pressure at the point of the metric, Pa."""
         return float(value[0])
 
     def acting(self, rest: EquilibriumForces) -> float:
@@ -85,7 +85,7 @@ class Outflow(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the support."""
+        """Name of the support through which fluid flows out."""
         return self.of
 
     def amount(self, rest: EquilibriumForces) -> Floats:

@@ -77,7 +77,7 @@ class PressureAlong(ContactMetric):
         """
         touch = self.contact_numbers(rest)
         if touch.field is None:
-            raise Undefined(f"only the largest pressure of `{self.of}` is known here")
+            raise Undefined(f"only the largest pressure of `{self.of}` is known, not the pressure along a probe")
         found = touch.field.pressures(X)
         if (off := np.isnan(found)).any():
             where = ", ".join(f"{1e3 * c:.4g}" for c in X[int(off.argmax())])

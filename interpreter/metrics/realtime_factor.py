@@ -53,7 +53,7 @@ class RealTimeFactor(Metric):
         Raises Undefined for references, without computing times, and for time steps that did not converge.
         """
         if not seen.clock and seen.history is None:
-            raise Undefined("a reference has no frames")
+            raise Undefined("a reference has no computing time per frame")
         if seen.history is not None:
             return self._measure_dynamic(seen.history)
         return self._measure_static(seen)
@@ -74,7 +74,7 @@ class RealTimeFactor(Metric):
         """Return the measurement of a static analysis, whose frames are solutions from rest."""
         wall, cpu = seen.clock.get("solve_s"), seen.clock.get("solve_cpu_s")
         if wall is None:
-            raise Undefined("nothing was solved, so there is no time")
+            raise Undefined("no solution was computed, so there is no computing time")
         if wall.basis:
             raise Undefined(
                 f"an external program solved it, and its time is {wall.basis}: the time per frame is not known"
@@ -93,7 +93,7 @@ class RealTimeFactor(Metric):
         `late` is a reason why the result is not real time whatever the frame times are; `more` are further details.
         """
         if not wall:
-            raise Undefined("no time step was computed, so there is no time")
+            raise Undefined("no time step was computed, so there is no computing time")
         t = np.array(wall)  # (frames,)
         median, p95, p99 = float(np.median(t)), _percentile_time(t, 95.0), _percentile_time(t, 99.0)
         fits = p99 <= limit * SLACK

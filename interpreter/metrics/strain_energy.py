@@ -20,7 +20,7 @@ else:
 def require_energy(energy: float) -> Floats:
     """Return an energy, J, as an array of shape (). Raises Undefined if it is unknown (NaN)."""
     if energy != energy:
-        raise Undefined("its law defines stress but no energy there (W368)")
+        raise Undefined("the material law defines a stress but no energy in this state (W368)")
     return np.array(energy)
 
 
@@ -39,7 +39,7 @@ class StrainEnergy(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the body."""
+        """Name of the body whose strain energy is measured."""
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:

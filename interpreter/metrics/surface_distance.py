@@ -113,10 +113,10 @@ class SurfaceDistance(DistanceStatistic):
 
 
 def summarize_relative_distances(d: Floats, X: Floats, u: Floats, foot: Floats) -> dict[str, Any]:
-    """Return statistics of distances d (n,) divided by the displacements of the points in the measurement.
+    """Return statistics of the distances d (n,), each divided by the displacement of its point in the measurement.
 
-    These are the vectors from X to `foot` (n, 3), the points found on the measured surface, minus the vector of the
-    point that moves least in the model.
+    The measured displacement of a point X (n, 3) is the vector to the point `foot` (n, 3) found for it on the
+    measured surface, minus the same vector of the point with the smallest displacement u in the model.
     """
     held = int((u**2).sum(axis=1).argmin())
     offset = foot[held] - X[held]

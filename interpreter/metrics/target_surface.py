@@ -31,7 +31,7 @@ def find_target_surface(seen: MetricInput) -> SurfaceSearch:
     if known is None or known.u is None:
         raise Undefined("the reference has neither a measured surface nor displacements at this probe")
     if seen.triangles is None or not len(seen.triangles):
-        raise Undefined("the surface of this reference is that of the probe, which has no triangles")
+        raise Undefined("the reference gives displacements of the probe, and the probe is not a surface of triangles")
     return SurfaceSearch(seen.X + known.u, seen.triangles)
 
 

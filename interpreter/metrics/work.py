@@ -33,7 +33,7 @@ class LoadWork(ForceMetric):
 
     @property
     def subject_name(self) -> str:
-        """Name of the load."""
+        """Name of the load whose work is measured."""
         return self.of
 
     def amount(self, rest: EquilibriumForces) -> Floats:

@@ -31,7 +31,7 @@ class RunCache(Protocol):
         """Return a cache that saves the results of this run but has none from earlier runs."""
 
     def worth_saving_early(self, works: Sequence[StateRun], name: str) -> bool:
-        """Return whether the model `name`, just solved, can be and is worth being saved before the run has ended."""
+        """Return whether the model `name`, just solved, can be saved at once, and was slow enough for that."""
 
     def keep_early(self, works: Sequence[StateRun], name: str) -> None:
         """Save the model `name` before the run has ended; its metrics must have been evaluated."""
@@ -41,7 +41,7 @@ class RunCache(Protocol):
 
 
 class OutdatedResults(Exception):
-    """Error when reused results do not agree with computed ones."""
+    """Error: results reused from an earlier run do not agree with results of this run."""
 
 
 def load_saved_results(scene: Scene, plan: Plan, options: RunOptions, keeper: RunCache | None) -> SavedResults:
@@ -64,7 +64,7 @@ def reuse_prepared_model(work: StateRun, name: str) -> bool:
 
 
 def reuse_solved_model(work: StateRun, name: str) -> bool:
-    """Take the saved result of a model, if there is one, with the warnings of its solution; return whether there is."""
+    """Use the saved result of a model, with the warnings of its solution; return whether there was one."""
     if (kept := work.known.models.get(name)) is None:
         return False
     work.models[name] = replace(kept.results[work.number], kept=kept.computed)

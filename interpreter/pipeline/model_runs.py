@@ -74,7 +74,7 @@ def solve_model(work: StateRun, name: str) -> None:
     work.views[name] = view
     work.warn(load_mismatch_warnings(case, declared, loads), here=solution.notes)
     work.warn(stress_warnings(work.scene, view, prepared), once=True)
-    work.warn((), here=_accuracy_warnings(work, view, solution))
+    work.warn((), here=_time_step_warnings(work, view, solution))
     work.warn((), here=_contact_warnings(work, view, prepared))
     work.models[name] = ModelResult(
         name,
@@ -143,13 +143,13 @@ def _view(
     )
 
 
-def _accuracy_warnings(work: StateRun, view: View, solution: Solution) -> Sequence[Diagnostic]:
+def _time_step_warnings(work: StateRun, view: View, solution: Solution) -> Sequence[Diagnostic]:
     """Return warnings about the time step of a motion."""
     if solution.step_errors is None or solution.displacement is None:
         return ()
-    from softmark.interpreter.verification.motion_errors import step_warnings
+    from softmark.interpreter.verification.motion_errors import time_step_warnings
 
-    return step_warnings(work.scene, work.scene.declared[view.name], view, solution.notes)
+    return time_step_warnings(work.scene, work.scene.declared[view.name], view, solution.notes)
 
 
 def _contact_warnings(work: StateRun, view: View, prepared: Prepared) -> Sequence[Diagnostic]:
@@ -216,8 +216,8 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
 def estimate_model_errors(work: StateRun, names: Iterable[str]) -> None:
     """Estimate the errors of models and store them in their results.
 
-    Models in the option `stated` do so at additional cost. With the option `free`, other models state errors that cost
-    nothing.
+    Models named in the option `stated` compute them at additional cost. With the option `free`, other models
+    state errors that cost nothing.
     """
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:

@@ -269,7 +269,7 @@ def _store_measured_data(work: StateRun, declared: Declared, data: Any) -> None:
 
 
 def _compute_virtual_scan(work: StateRun, declared: Declared) -> None:
-    """Compute a virtual scan of a model's deformed shape: the effect of an imaging chain on a known true shape."""
+    """Compute a virtual scan: the surface that an imaging chain would measure of a model's deformed shape."""
     thing, model = declared.thing, work.views.get(declared.thing.of)
     if model is None or model.displacement is None:
         _record_failed_reference(work, declared, f"the model `{thing.of}` has no displacements to scan")

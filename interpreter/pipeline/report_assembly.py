@@ -49,7 +49,7 @@ def measure_model(works: Sequence[StateRun], name: str) -> None:
 
 
 def finished_report(works: Sequence[StateRun]) -> Report:
-    """Return the report of all requested results."""
+    """Return the report of all requested results, with drawn surfaces and verdicts on expectations."""
     for work in works:
         _evaluate_and_draw(work, partial=False, coloured=work is works[-1])
         work.warn(tolerance_warnings(work.scene, work.models))
@@ -173,7 +173,7 @@ def _collect_warnings(works: Sequence[StateRun]) -> dict[Diagnostic, str]:
 
 
 def _combine_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
-    """Return the results of all states combined, by model or reference name."""
+    """Return for each model or reference one result that combines its results in all states."""
     if not states:
         return dict(known[0])
     whole = {name: join_states([own[name] for own in known], states) for name in known[-1]}

@@ -22,7 +22,7 @@ INCOMPRESSIBLE = 0.5
 
 @dataclass(frozen=True)
 class ParameterScale:
-    """Scale of a parameter in one direction from its value in the scene, at t = 0.
+    """Scale of a parameter: values from that of the scene, at coordinate t = 0, to a limit in one direction.
 
     If the limit is `abrupt`, the interval before the last rung is not bisected.
     """
@@ -97,7 +97,7 @@ def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> ParameterSc
 
 
 def _poisson_ratio_at(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
-    """Return Poisson's ratio at coordinate t of its scale."""
+    """Return Poisson's ratio at coordinate t of a scale from `poisson_ladder`."""
     if t > span or (t == span and not exact):
         return limit
     return round(INCOMPRESSIBLE - float(f"{gap * 10**-t:.3g}"), 13) if t > 0 else INCOMPRESSIBLE - gap
@@ -126,13 +126,13 @@ def _linear_value(nominal: float, limit: float, t: float) -> float:
 
 
 def decades_from_zero(limit: float, direction: Direction) -> ParameterScale:
-    """Return a scale from zero to the end of a range, `limit`, by decades of that end."""
+    """Return a scale that begins at zero and grows by factors of ten from 1e-6 times `limit` to `limit`."""
     rungs = tuple(float(i) for i in range(1, DECADES + 2))
     return ParameterScale(direction, rungs, math.log10(RATIO), partial(_decade_value, limit))
 
 
 def _decade_value(limit: float, t: float) -> float:
-    """Return the parameter value at coordinate t of a scale from zero."""
+    """Return the parameter value at coordinate t of a scale from `decades_from_zero`."""
     return limit if t > DECADES else round_to_six_digits(limit * 10 ** (t - DECADES - 1)) if t > 0 else 0.0
 
 
@@ -152,5 +152,5 @@ def doubling_ladder(nominal: int, limit: int, direction: Direction) -> Parameter
 
 
 def _doubled_value(nominal: int, limit: int, sign: float, span: float, t: float) -> float:
-    """Return the whole number at coordinate t of a doubling scale."""
+    """Return the whole number at coordinate t of a scale from `doubling_ladder`."""
     return float(limit) if t >= span else float(round(nominal * 2 ** (sign * t)))

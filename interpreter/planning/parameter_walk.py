@@ -1,8 +1,9 @@
-"""Walk of one model along one parameter in one direction, to find the values at which the model fails.
+"""Walk of a robustness study: the search for the values of one parameter, in one direction, at which a model fails.
 
-The walk first goes outward rung by rung, then refines each edge by bisection. An edge is the position at which the
-outcome changes from right to wrong, or from an answer to none. A walk proposes the next position (`wanted`) and records
-the outcome (`tell`). It computes nothing itself and is independent of scenes and solvers.
+The parameter moves away from its value in the scene, rung by rung of its scale, and the model is solved at
+each rung. Then the walk refines each edge by bisection. An edge is the position at which the result changes
+from right to wrong, or from a solution to none. The class `Walk` proposes the next position (`next_position`)
+and stores the outcome (`record_outcome`). It solves nothing itself and is independent of scenes and solvers.
 """
 
 from __future__ import annotations
@@ -23,16 +24,16 @@ BLIND = 3  # consecutive points without a true value after which a walk gives up
 
 @dataclass(frozen=True)
 class PointClass:
-    """Outcome of one point of a walk: its class, and whether the model had an answer (None if unknown)."""
+    """Class of the result at one position of a walk, and whether the model had a solution there (None if unknown)."""
 
     word: str
     answered: bool | None
 
     @classmethod
     def of(cls, word: str, status: str | None = None) -> PointClass:
-        """Return the outcome of a point with class `word`.
+        """Return the outcome with class `word`, such as `right`.
 
-        If the reference has no answer (`unjudged`), the model's `status` decides whether the model has one.
+        If the result could not be judged (`unjudged`), the `status` of the model decides whether it had a solution.
         """
         if word == "unjudged":
             known = None if status is None else status in SOLVED
@@ -42,10 +43,11 @@ class PointClass:
 
 @dataclass(frozen=True)
 class Edge:
-    """Edges that a walk has found, as positions t of its scale; t = 0 is the unchanged scene.
+    """Edges that a walk has found: positions t on the scale of its parameter; t = 0 is the unchanged scene.
 
-    One edge is between `last_right` and `first_wrong`, another between `last_answer` and `first_silence`, the first
-    position without an answer. `word` is the class beyond the first edge, and `reached` the farthest position.
+    The accuracy edge lies between `last_right` and `first_wrong`. The solution edge lies between `last_answer`
+    and `first_silence`, the first position without a solution. `word` is the class of the results beyond the
+    accuracy edge, and `reached` the farthest position.
     """
 
     last_right: float | None
@@ -59,7 +61,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class WalkSummary:
-    """Summary of a walk: class of the unchanged scene, nearest right position, and numbers of points."""
+    """Summary of a walk: class of the unchanged scene, nearest right position, and numbers of solved positions."""
 
     here: str  # class of the unchanged scene
     first_right: float | None  # the position nearest to the scene at which the model is right
@@ -69,18 +71,21 @@ class WalkSummary:
 
 @dataclass
 class Walk:
-    """State of one walk; `seen` holds the outcomes by position t, with the unchanged scene at t = 0."""
+    """State of one walk along the scale of a parameter.
+
+    `seen` has the outcome at each position t; the unchanged scene is at t = 0.
+    """
 
     ladder: ParameterScale
     until: Until
     seen: dict[float, PointClass] = field(default_factory=dict)
 
     def record_outcome(self, t: float, seen: PointClass) -> None:
-        """Record the outcome of the point at position t."""
+        """Store the outcome of the solution at position t."""
         self.seen[t] = seen
 
     def next_position(self) -> float | None:
-        """Return the next position t to compute; None if the walk is complete."""
+        """Return the next position t at which the model must be solved; None if the walk is complete."""
         rung = self._next_rung()
         if rung is not None:
             return rung
@@ -91,7 +96,7 @@ class Walk:
         return None
 
     def _next_rung(self) -> float | None:
-        """Return the next rung that is not computed yet, or None if the walk has reached its end."""
+        """Return the position of the next rung that has no outcome yet; None if the walk has reached its end."""
         if self._is_end(0.0):
             return None
         for rung in self.ladder.rungs:
@@ -102,7 +107,7 @@ class Walk:
         return None
 
     def _is_end(self, t: float) -> bool:
-        """Return whether the outward walk ends at position t."""
+        """Return whether the walk need not go beyond position t."""
         seen = self.seen[t]
         if self.until == "failure":
             return seen.answered is False
@@ -130,7 +135,7 @@ class Walk:
         return found
 
     def edge(self) -> Edge:
-        """Return the edges found so far."""
+        """Return the validity edge found so far: the last position with right results and the first with wrong ones."""
         ts = sorted(self.seen)
         wrong = next((t for t in ts if self.seen[t].word not in ("right", "unjudged")), None)
         right = [t for t in ts if self.seen[t].word == "right" and (wrong is None or t < wrong)]
@@ -144,7 +149,7 @@ class Walk:
         return Edge(farthest, wrong, word, max(answered, default=None), silence, blind, ts[-1])
 
     def summarize(self) -> WalkSummary:
-        """Return the summary of the walk so far; points without a true value are neither right nor wrong."""
+        """Return the summary of the walk so far; positions whose reference has no value are neither right nor wrong."""
         last = self.edge().last_right
         right = [t for t, s in self.seen.items() if s.word == "right" and last is not None and t <= last]
         blind = [t for t, s in self.seen.items() if s.word == "unjudged"]

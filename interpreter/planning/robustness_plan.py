@@ -160,7 +160,7 @@ def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
 
 
 def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
-    """Return the error message for a scene in which no metric can judge models."""
+    """Return the error about a scene without a metric that can decide whether models are right."""
     references = {n: r for n, r in scene.of_kind("reference").items() if not isinstance(r.thing, TOLD)}
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = relative_l2_error(PROBE, against = {against})`"
@@ -176,7 +176,7 @@ def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
 
 
 def _reason_metric_cannot_judge(scene: Scene, name: str) -> str:
-    """Return the reason why a metric cannot judge models."""
+    """Return the reason why a metric cannot decide whether models are right."""
     thing = scene.declared[name].thing
     against = thing.measured_from
     if thing.unit != "1":

@@ -1,7 +1,7 @@
-"""Plan of a run: the tasks that are needed to answer the questions of a scene, and no others.
+"""Plan of a run: the tasks that the probes, metrics and expectations of a scene need, and no others.
 
-Questions are probes, metrics and expectations. A model or reference is solved only if a question is about it, and a
-mesh is made only if a model needs it. Each task records the place in the scene that needs it.
+Probes, metrics and expectations are called questions. A model or reference is solved only if a question is
+about it, and a mesh is made only if a model needs it. Each task records the place in the scene that needs it.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Task:
-    """One task of a run.
+    """One task of a run, such as solving a model or evaluating a metric.
 
-    `asked` is the location of the question that needs the task; `needs` are the names of the tasks that precede it.
+    `asked` is the location in the scene of the metric or expectation that needs the task. `needs` are the names
+    of the tasks that must run before it.
     """
 
     kind: str  # mesh | solve | reference | probe | metric | expect
@@ -33,7 +34,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Plan:
-    """Tasks of a run in a valid order; `idle` are the models and references that no question needs."""
+    """Tasks of a run in a valid order; `idle` are the models and references that nothing in the scene needs."""
 
     tasks: tuple[Task, ...]
     models: tuple[str, ...]
@@ -57,7 +58,7 @@ def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
 
 
 def find_needed(scene: Scene) -> dict[str, Location]:
-    """Return the location of the first question about each needed model and reference, by name.
+    """Return the needed models and references by name, each with the first place in the scene that needs it.
 
     Raises Fault if a body is ambiguous.
     """
@@ -75,7 +76,7 @@ def _models_and_references(scene: Scene) -> dict[str, Declared]:
 
 
 def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
-    """Return the location of the first question in the text about each subject.
+    """Return for each subject the first place in the scene with a probe, metric or expectation about it.
 
     A subject is a pair: `body` and the name of a body, or `name` and the name of a model or reference.
     """
@@ -119,7 +120,7 @@ def _make_mesh_tasks(scene: Scene, models: tuple[str, ...], asked: dict[str, Loc
 
 
 def _make_solve_task(scene: Scene, name: str, asked: Location) -> Task:
-    """Return the task that solves a model."""
+    """Return the task that solves a model; `asked` is the place in the scene that needs it."""
     declared = scene.declared[name]
     body = body_of(scene, declared)
     needs = (f"mesh {body}",) if declared.thing.mesh_key() is not None else ()

@@ -47,7 +47,7 @@ USUAL = (
 
 
 class Unwalkable(ValueError):
-    """Error when a name is not a quantity that can be varied; `help` lists possible quantities."""
+    """Error: a name is not a quantity that a study can vary; `help` lists possible quantities."""
 
     def __init__(self, reason: str, help: str = "") -> None:
         super().__init__(reason)
@@ -56,7 +56,7 @@ class Unwalkable(ValueError):
 
 @dataclass(frozen=True)
 class WalkedQuantity(JsonRecord):
-    """Varied quantity: its value in the scene, and its scales in both directions.
+    """Quantity that a robustness study varies: its value in the scene, and its scales in both directions.
 
     The value of a vector is the factor that multiplies it.
     """
@@ -99,7 +99,7 @@ class WalkedQuantity(JsonRecord):
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """Return the quantity with these JSON entries; its scales are not stored and stay empty."""
+        """Return the quantity with these JSON entries; its scales are not in the JSON and stay empty."""
         text, unit = str(own.get("text") or ""), str(own.get("unit") or "1")
         nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
         limits, options = own.get("limits"), tuple(own.get("options") or ())
@@ -287,7 +287,7 @@ def _number_quantity(name: str, value: float, dimension: Dimension, interval: In
 
 
 def _compile_with_value(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
-    """Return the scene compiled with another value of a parameter, and the errors found."""
+    """Return the scene compiled with another value of a parameter, and the errors of that scene."""
     from softmark.interpreter.language.compiler import recompile
 
     override = parameter_overrides.read_override(f"{name}={_shortest_number(value)}", [])

@@ -31,7 +31,7 @@ FEM = "use `fem(...)` with `strain = finite`, which supports every law"
 
 
 def is_directed(material: Any) -> bool:
-    """Return whether a material has fibre directions; for a plate, whether its solid material has."""
+    """Return whether a material has fibre directions; for a plate, whether the material of its solid has."""
     plate = material if not material.thin else material.of
     return bool(getattr(plate, "directed", False))
 
@@ -90,7 +90,7 @@ def check_fiber_materials(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_muscle(declared: Declared) -> Iterator[Diagnostic]:
-    """Yield the errors of one muscle material."""
+    """Yield the errors about one active muscle material of a case."""
     thing = declared.thing
     law = thing.passive
     if thing.fibres is None:
@@ -180,7 +180,7 @@ def _check_symmetry(case: Case) -> Diagnostic | None:
 
 
 def _is_unknown_without_mesh(material: Any) -> bool:
-    """Return whether fibre directions are known only on a mesh, or were already refused."""
+    """Return whether fibre directions can be checked only on a mesh, or were already refused."""
     from softmark.solvers.materials.anisotropic_material import lacks_sheets
     from softmark.solvers.materials.material_axes import InvalidDirection
 

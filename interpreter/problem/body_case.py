@@ -121,10 +121,7 @@ class Case:
 
     @property
     def muscles(self) -> tuple[Declared, ...]:
-        """Declarations of the body, one for each material with active tension.
-
-        Each declares the body as if it consisted of that material only.
-        """
+        """The declaration of the body, once for each material with active tension, as if it had only this material."""
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
@@ -186,7 +183,7 @@ class Case:
 
     @property
     def porous(self) -> bool:
-        """True if one of its materials is porous."""
+        """True if a material of the case is porous."""
         return any(porous(material) for material in self.materials)
 
     @cached_property
@@ -212,7 +209,7 @@ class Case:
 
 
 def porous(material: Any) -> bool:
-    """Return whether a material is porous, looking into the passive material of a muscle and the solid of a plate."""
+    """Return whether a material is porous: for muscle its passive material, for a plate the material of its solid."""
     if getattr(material, "thin", False):
         return porous(material.of)
     if getattr(material, "permeability", None) is not None:
@@ -337,9 +334,9 @@ def body_of(scene: Scene, declared: Declared) -> str:
 
 
 def other_body(scene: Scene, declared: Declared, case: Case) -> str | None:
-    """Return the body of a declaration if it is not the body of the case, else None.
+    """Return the body of a declaration if it differs from the body of the case, else None.
 
-    Ambiguous declarations are reported elsewhere.
+    A declaration with an ambiguous body counts as one of the same body; another check reports it.
     """
     try:
         body = body_of(scene, declared)

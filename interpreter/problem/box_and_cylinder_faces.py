@@ -23,7 +23,7 @@ WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # relative to the radius: where a s
 
 @dataclass(frozen=True)
 class BoxAlongAxis(Box):
-    """Box with a given axis (x, y or z by number), whichever of its edges is the longest."""
+    """Box whose axis (x, y or z by number) is given, and need not be its longest edge."""
 
     way: int = 0
 
@@ -34,7 +34,7 @@ class BoxAlongAxis(Box):
 
 @dataclass(frozen=True)
 class BoxBody:
-    """Box, or rectangle treated as a slice of a box.
+    """Body that theories treat as a box: a box, or a plane rectangle as a slice of a box.
 
     `turns` is true if the rectangle is the half section of a body of revolution.
     """
@@ -46,7 +46,7 @@ class BoxBody:
 
     @property
     def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m."""
+        """Lowest and highest coordinates of the body, m, as two points."""
         return self.low, self.high
 
     def size(self, axis: int) -> float:
@@ -90,13 +90,13 @@ class BoxBody:
 
 @dataclass(frozen=True)
 class CylinderBody:
-    """Full cylinder, whose two ends are its faces; methods ignore the given axis."""
+    """Full cylinder, whose faces are its two ends; its methods ignore the argument `axis`."""
 
     shape: Cylinder
 
     @property
     def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m."""
+        """Lowest and highest coordinates of the body, m, as two points."""
         return self.shape.bounds
 
     def size(self, axis: int) -> float:
@@ -159,7 +159,7 @@ def box_body_of_case(case: Case) -> BoxBody | None:
 
 
 def box_body_of_shape(shape: Any, thickness: float, turns: bool) -> BoxBody | None:
-    """Return a box or an upright rectangle as a Rectangular; None for any other shape.
+    """Return a box or an upright rectangle as a BoxBody; None for any other shape.
 
     A rectangle becomes a slice of the given `thickness`, m. `turns` is true if it is the half section of a body
     revolved about y.

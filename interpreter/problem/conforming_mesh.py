@@ -1,9 +1,9 @@
-"""Positions at which meshes of a shape need nodes so that supports hold exactly their selections.
+"""Positions at which meshes of a shape need nodes, so that supports and regions follow their selections exactly.
 
-Regions of other materials need such nodes too. A mesh can follow the border of a condition if a coordinate of the shape
-is constant on it: planes normal to the edges of a box; planes normal to the axis of a cylinder, and circles around it;
-spheres around the centre of a sphere. It can also follow a plane along the axis of a cylinder. Only parts of a border
-at which the selection changes within the body count. The module uses numbers only, no arrays.
+A mesh can follow the border of a condition if a coordinate of the shape is constant on it: planes normal to
+the edges of a box; planes normal to the axis of a cylinder, and circles around it; spheres around the centre
+of a sphere. It can also follow a plane along the axis of a cylinder. Only parts of a border at which the
+selection changes within the body count. The module uses numbers only, no arrays.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
 
 @dataclass(frozen=True)
 class _ConditionInShape:
-    """Condition evaluated in the coordinates of a shape."""
+    """Condition on the points of a shape, as a function of the shape's own coordinates such as radius and height."""
 
     shape: Shape
     condition: Condition
@@ -80,7 +80,7 @@ class _ConditionInShape:
         return self.shape.diagonal
 
     def cuts(self) -> list[Cut]:
-        """Return the cuts at which the mesh needs nodes."""
+        """Return the surfaces (cuts), by coordinate and value, on which the mesh needs nodes."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
         found = [
             Cut(axis, at, self._is_selected_to_end(axis, at))
@@ -93,7 +93,7 @@ class _ConditionInShape:
     # -------------------------------------------------------------- positions of borders
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the name of each coordinate that is constant on a border, and its value there, m, inside the body."""
+        """Yield the surfaces in the body that coincide with a border, each by its constant coordinate and value, m."""
         for axis, (low, high) in self.shape.coordinate_ranges.items():
             if axis in ANGLES:
                 continue
@@ -102,7 +102,7 @@ class _ConditionInShape:
                 yield from ((axis, at) for at in met[0])
 
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the name of each coordinate that ends on a border, and its value there, m."""
+        """Yield the end surfaces that coincide with a border, each by its constant coordinate and value, m."""
         slack, spans = SAME * self.extent**border.power, self.shape.coordinate_ranges
         rays = [self._scattered_coordinates(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
@@ -111,10 +111,7 @@ class _ConditionInShape:
                     yield axis, t
 
     def _scattered_coordinates(self, share: float) -> Place:
-        """Return values of all coordinates of the shape at a place that depends irregularly on `share`.
-
-        A ray along one coordinate has the values of the others.
-        """
+        """Return the coordinates of an irregularly placed sample point; `share` from 0 to 1 selects the point."""
         return {
             n: a + (b - a) * _scattered_fractions(share, i)
             for i, (n, (a, b)) in enumerate(self.shape.coordinate_ranges.items())
@@ -201,7 +198,7 @@ class _ConditionInShape:
 
 
 def _scattered_fractions(share: float, number: int) -> float:
-    """Return a fraction for span `number`, scattered so that the fractions of several spans do not form a line."""
+    """Return an irregular fraction, 0 to 1, for the coordinate with this `number`; `share` selects the sample point."""
     return (share + 0.31 * number) % 0.97 + 0.015
 
 

@@ -32,10 +32,10 @@ def selects_whole_sections(condition: Condition, shape: Swept, stations: tuple[f
 
 
 def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> set[str]:
-    """Return the coverages of the cross-sections at `stations`, m; it stops at the first that is `some`.
+    """Return the set of coverages (all, some, none) of the cross-sections at `stations`, m, in ascending order.
 
-    Bounds over whole slabs of the body decide most stations at once, so that the work grows with the logarithm of their
-    number. Stations are in ascending order.
+    The search stops at the first coverage `some`. Bounds over long parts of the body decide most stations at
+    once, so that the work grows with the logarithm of their number.
     """
     extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
@@ -52,7 +52,10 @@ def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> 
 
 
 def _measure_coverage(condition: Condition, shape: Swept, station: float, extent: float) -> str:
-    """Return the coverage of a cross-section that bounds leave undecided: by sample points, or else by the area."""
+    """Return whether a condition selects all, some or none of a cross-section, by sample points or by area.
+
+    It is called for cross-sections for which bounds give no answer.
+    """
     held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"
@@ -147,7 +150,7 @@ def _crossing_stations(condition: Condition, shape: Swept) -> list[float]:
 def _stations_of_border(border: Border, shape: Swept, slack: float) -> list[float]:
     """Return the stations, m, at which one border starts or stops crossing cross-sections, to rounding.
 
-    They are the ends of every run of slabs in which the border's level changes sign.
+    Between two such stations the level of the border has both signs in every cross-section.
     """
 
     def crossed(a: float, b: float) -> bool:
@@ -197,9 +200,9 @@ def _points(shape: Swept, station: float) -> list[Point]:
 
 
 def selection_borders(condition: Condition, shape: Swept) -> list[float]:
-    """Return stations (m) where a selection of whole cross-sections begins or ends inside the body.
+    """Return the stations, m, inside the body at which a selection of whole cross-sections begins or ends.
 
-    The end faces are left out: a border there lies off them by the tolerance of conditions.
+    The end faces are left out, although conditions hold slightly beyond them by their tolerance.
     """
     found = inner_stations(condition, shape)
     ends = ((s, _is_section_selected(condition, shape, s)) for s in (END * shape.length, (1 - END) * shape.length))

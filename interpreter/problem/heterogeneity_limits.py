@@ -48,7 +48,7 @@ def out_of_range_faults(case: Case) -> Iterator[Fault]:
 
 
 def _has_material(case: Case, number: int, place: Any) -> bool:
-    """Return whether a place has the material with this number, judged by coordinates only.
+    """Return whether a point has the material with this number, by the coordinates only.
 
     Groups of mesh files are ignored.
     """

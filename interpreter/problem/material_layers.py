@@ -1,4 +1,4 @@
-"""Regions with their own material, and the condition that remains of each where other regions overlie it."""
+"""Regions with their own material, and which region counts where regions overlap."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST = 3000  # largest number of boxes searched for an overlap
 
 
 def region_conditions(case: Case) -> tuple[Condition, ...]:
-    """Return the condition under which each region has its material: its selection without overlying regions.
+    """Return the condition under which each region has its material: its own, without regions that overlie it.
 
     Where regions of one material overlap, the first of them counts.
     """
@@ -58,7 +58,7 @@ def unordered_overlaps(case: Case) -> list[tuple[Declared, Declared]]:
 
 
 def overlap_fault(a: Declared, b: Declared, label: str) -> Fault:
-    """Return the Fault of two overlapping regions."""
+    """Return the Fault about two overlapping regions whose order is not given."""
     return fault(
         "E592", b.at("where" if b.thing.group is None else "name"),
         f"`{a.name}` and `{b.name}` overlap and have different materials", label,

@@ -1,4 +1,4 @@
-"""Conditions with named groups of a mesh file, split into conditions on coordinates.
+"""Conditions with named groups of a mesh file, which are split into conditions on coordinates.
 
 There is one condition for each combination of groups. Conditions without groups stay unchanged.
 """

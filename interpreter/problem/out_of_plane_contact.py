@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 def missed_plane_error(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
     """Return an error if a rigid body does not intersect the plane z = 0 of a plane body, else None.
 
-    The rigid body extends from z = `low` to `high`, m. The indenter is its section at z = 0. Bodies next to the plane,
-    or that end in it, have no such section.
+    The rigid body extends from z = `low` to `high`, m. Only its section at z = 0 touches a plane body. A rigid
+    body next to the plane, or one that ends in it, has no such section.
     """
     if not body.thing.planar or low < 0.0 < high:
         return None

@@ -65,7 +65,7 @@ def _box_distances(low: Floats, high: Floats, X: Floats) -> Floats:
 
 
 def _swept_distances(shape: Swept, X: Floats) -> Floats:
-    """Return distances (n,), m, of points X (n, 3) from a body along an axis.
+    """Return distances (n,), m, of points X (n, 3) from a body that is swept along an axis.
 
     They are exact for a straight axis; a curved body is continued beyond its ends.
     """

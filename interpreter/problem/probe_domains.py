@@ -25,9 +25,10 @@ else:
 class ProbeDomain:
     """Line, surface or volume over which a probe evaluates results.
 
-    `ends` are those of a line, m. `points` (q, 3), m, and `weights` (q,), m^2, integrate over a surface; each point
-    lies inside one material. `border` (b, 3), m, are additional points at which extremes are searched. `nodes` states
-    which nodes of a mesh belong to the domain, where the condition `where` holds. `extent` is that of the body, m.
+    For a line, `ends` are its end points, m. For a surface, `points` (q, 3), m, and `weights` (q,), m^2,
+    integrate over it; each point lies inside one material. `border` (b, 3), m, are additional points at which
+    extremes are searched. `nodes` states which nodes of a mesh belong to the domain, where the condition `where`
+    holds. `extent`, m, is the size of the body.
     """
 
     ends: tuple[Floats, Floats] | None = None

@@ -115,7 +115,7 @@ def _surface_edge_length(shape: geometry.Shape) -> float:
 
 
 def _volume_size(shape: geometry.Shape) -> float:
-    """Return an edge length, m, that fills a shape with at most MANY tetrahedra, six in each cube."""
+    """Return an edge length, m, of a mesh that fills a shape with at most MANY tetrahedra, six in each cube."""
     size = COARSER * _surface_edge_length(shape)
     volume = shape.closed(size).volume if isinstance(shape, SurfaceBody) else shape.volume
     return size if volume is None else max(size, (6.0 * volume / MANY) ** (1 / 3))
@@ -151,7 +151,7 @@ def _surface_points_in_volume(probe: Declared, case: Case) -> Floats | None:
 
 
 def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
-    """Return the domain of a probe, given its points."""
+    """Return the line, surface or volume over which a probe with these points evaluates results."""
     thing = probe.thing
     if thing.ends is not None:
         first, last = (np.array(end, dtype=np.float64) for end in thing.ends)
@@ -400,7 +400,7 @@ def zero_below_error(u: Floats, error: float) -> Floats:
 
 
 def facts_of(data: Measured) -> dict[str, Any]:
-    """Return the facts of a measurement for the report."""
+    """Return the facts about measured data for the report."""
     found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
     residual = data.residual
     if residual is not None:

@@ -10,7 +10,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class DeclaredName:
-    """Declared name: `word` is its constructor, `line` the line number in the scene's text."""
+    """Name that a scene declares: `word` is its constructor, `line` the line number in the scene's text."""
 
     kind: str  # model, probe, body ...
     word: str = ""

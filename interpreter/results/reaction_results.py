@@ -54,9 +54,7 @@ class SupportResult(JsonRecord):
     reason: str | None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries: the reaction, and the fractions of the selection that the mesh holds (`held`,
-        `beyond`).
-        """
+        """Return the JSON entries: the reaction, and the fractions of the selection `held` and `beyond`."""
         shares = {} if self.held is None else {"held": self.held} | ({"beyond": self.beyond} if self.beyond else {})
         carried = {"force": None, "moment": None, "reason": self.reason}
         return {**shares, **(carried if self.reaction is None else self.reaction.entries())}
@@ -123,7 +121,7 @@ class ContactResult(JsonRecord):
 
 
 class PressedSurface(Protocol):
-    """Interface of a body surface with contact pressures."""
+    """Interface of the pressures on the surface of a body in contact."""
 
     def pressures(self, X: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return pressures (n,), Pa, at material points X (n, 3), m; NaN at points off the surface."""
@@ -163,13 +161,12 @@ class Fluid(Protocol):
 
 @dataclass(frozen=True)
 class EquilibriumForces:
-    """Forces at static equilibrium: reactions and works of loads by name, and the strain energy, J.
+    """Forces and energies of a solution: reactions and works of loads by name, and the strain energy, J.
 
-    In a dynamic analysis they are those of the final state, and `followed` holds contact results at earlier times.
-
-    The work of a load at full size, J, is None if it depends on the path. `acting` is the largest nodal force of a load
-    or the largest reaction, N; `moved` is the largest nodal displacement, m; `extent` is the size of the body, m. If
-    only the listed reactions are known, `reason` says why.
+    In a dynamic analysis they are those of the final state, and `followed` holds contact results at earlier
+    times. The work of a load at full size, J, is None if it depends on the path. `acting` is the largest nodal
+    force of a load or the largest reaction, N; `moved` is the largest nodal displacement, m; `extent` is the size
+    of the body, m. If only the listed reactions are known, `reason` states why.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)
@@ -186,7 +183,5 @@ class EquilibriumForces:
     followed: ContactHistory | None = None  # of a dynamic analysis
 
     def knows(self, name: str | None) -> bool:
-        """Return whether the reaction of a support or contact is known or, without a name, the forces on the whole
-        body.
-        """
+        """Return whether the reaction of a support or contact is known; without a name, all forces on the body."""
         return self.reason is None or name in self.reactions

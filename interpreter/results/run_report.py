@@ -136,7 +136,7 @@ class DrawnRigidBody:
         return found
 
     def sampled(self, chosen: NDArray[np.int64]) -> DrawnRigidBody:
-        """Return the rigid body with only the chosen times or states."""
+        """Return the rigid body with the chosen times or states only."""
         return replace(self, turns=self.turns[chosen], shifts=self.shifts[chosen])
 
 

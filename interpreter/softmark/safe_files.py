@@ -29,9 +29,8 @@ class UnsafeFile(OSError):
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     """Open a regular file for reading bytes. Raises OSError, and UnsafeFile if it is not a regular file.
 
-    The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and opening
-    some
-    devices has effects.
+    The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and
+    opening some devices has effects.
     """
     return open(path, "rb", opener=descriptor_of)
 

@@ -96,7 +96,7 @@ class Comparison:
 
     @cached_property
     def analysis(self) -> Json:
-        """Analysis of the points as JSON."""
+        """Analysis of all configurations as JSON."""
         return self.found.analysis.to_json()
 
     @property
@@ -297,7 +297,7 @@ def _point_entry(configuration: Configuration, outcomes: Mapping[str, PointOutco
 def _references_and_failure(
     points: Sequence[Json], outcomes: Mapping[str, PointOutcome]
 ) -> tuple[dict[str, Json], bool]:
-    """Return the references of each group of points, and whether any reference failed.
+    """Return the references of each group of configurations, and whether any reference failed.
 
     A reference is taken from the first configuration of the group that has it, or from one where it failed.
     """

@@ -110,9 +110,8 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """Check one metric that is a curve, alone or compared with a measured curve.
 
-    It must have a curve, of the same dimensions as the measured one and over its range. A hysteresis metric also needs
-    a
-    measured curve with unloading.
+    It must have a curve, of the same dimensions as the measured one and over its range. A hysteresis metric also
+    needs a measured curve with unloading.
     """
     thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
@@ -170,8 +169,7 @@ def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: b
     """Return the error if a metric has no curve, or None.
 
     There is no curve of a metric that is an error. In dynamics there is none of a metric without time history. In
-    statics
-    there is none without the field `over`.
+    statics there is none without the field `over`.
     """
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):

@@ -25,8 +25,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors about the meshes of models.
 
     These are files that cannot contain a solid, surfaces that cannot be filled, shapes without a hexahedral mesh, and
-    plane
-    regions that a model cannot use.
+    plane regions that a model cannot use.
     """
     said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():

@@ -99,8 +99,7 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
     """Check a free rigid body in a static analysis.
 
     It must have no initial motion, no torque and no support that rotates it. It must be free to move along one
-    direction
-    only, and touch one body.
+    direction only, and touch one body.
     """
     thing, name = body.thing, body.name
     if field := _initial_motion_field(thing):

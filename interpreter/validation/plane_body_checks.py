@@ -229,7 +229,7 @@ AXISYMMETRIC_OPTIONS = OptionLimits(
 
 def _check_axisymmetric_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of options and dynamic analyses that axisymmetric models do not support."""
-    yield from AXISYMMETRIC_OPTIONS.errors(declared, case)
+    yield from AXISYMMETRIC_OPTIONS.excluded_value_errors(declared, case)
     if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
         yield diagnostic("E322", declared.at(), f"`{declared.name}` models a body of revolution, which supports only "
                                                 "static analyses that start at rest", "not for axisymmetric bodies",

@@ -113,7 +113,7 @@ class PluginSource:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the text."""
+        """SHA-256 checksum of the text of the plugin."""
         return hashlib.sha256(self.source.text.encode()).hexdigest()
 
     def doubt(self, code: str, message: str, line: int | ast.AST = 0, label: str = "", help: str = "") -> Diagnostic:

@@ -1,4 +1,4 @@
-"""Checks of references that refine the scene's own models and extrapolate their results.
+"""Checks of references that solve the scene's own models on several meshes and extrapolate their results.
 
 verification/refinement_family.py solves the models; this module uses no arrays.
 """
@@ -34,7 +34,7 @@ RATIO = 1.3  # least ratio of neighbouring cell sizes (Celik et al. 2008, step 2
 
 @dataclass(frozen=True)
 class Method:
-    """Model that a reference refines, with its case."""
+    """Model that such a reference solves on several meshes, with its case."""
 
     declared: Declared
     case: Case
@@ -190,9 +190,9 @@ def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diag
 
 
 def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
-    """Return why meshes of these cell sizes, m, cannot be extrapolated, or None.
+    """Return why results on meshes of these cell sizes, m, cannot be extrapolated; None if they can.
 
-    They cannot if they are not similar or hardly finer.
+    The meshes must be similar to each other, and each clearly finer than the one before.
     """
     found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
     counts = [own for own in found if own is not None]

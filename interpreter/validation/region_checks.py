@@ -8,7 +8,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.capabilities import REGIONS, refusals
+from softmark.interpreter.models.shared.capabilities import REGIONS, unsupported_feature_errors
 from softmark.interpreter.problem.body_case import Fault, case_for, case_of
 from softmark.interpreter.problem.material_layers import find_common_point, overlap_fault, unordered_overlaps
 from softmark.solvers.mesh.shape import Prism
@@ -81,7 +81,7 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         if not case.parts:
             continue
         names = ", ".join(f"`{part.name}`" for part in case.parts)
-        if refused := list(refusals(model, case, (REGIONS,))):
+        if refused := list(unsupported_feature_errors(model, case, (REGIONS,))):
             yield from refused
         elif (
             "mass" in model.fields

@@ -18,7 +18,12 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.message_limit import shorten
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.metrics.metric_base import ForceMetric
-from softmark.interpreter.models.shared.capabilities import ANISOTROPY, NETWORKS, VARYING_CONSTANTS, refusals
+from softmark.interpreter.models.shared.capabilities import (
+    ANISOTROPY,
+    NETWORKS,
+    VARYING_CONSTANTS,
+    unsupported_feature_errors,
+)
 from softmark.interpreter.models.shared.perturbed_start import check_perturbed_start as disturbed
 from softmark.interpreter.problem import symmetry_planes
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
@@ -271,7 +276,7 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _check_body(model: Declared, case: Case) -> Iterator[Diagnostic]:
     """Check that a model supports networks and materials with fibre directions."""
-    yield from refusals(model, case, (NETWORKS, ANISOTROPY))
+    yield from unsupported_feature_errors(model, case, (NETWORKS, ANISOTROPY))
 
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
@@ -453,7 +458,7 @@ def _check_varying_materials(scene: Scene, found: Found) -> Iterator[Diagnostic]
 
         yield from heterogeneity_limits.check_ranges(scene)
         for model, case in _cases(scene, "model", valid=False):
-            yield from refusals(model, case, (VARYING_CONSTANTS,))
+            yield from unsupported_feature_errors(model, case, (VARYING_CONSTANTS,))
 
 
 def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:

@@ -63,13 +63,13 @@ def _pick_values(over: Sequence[Variant], most: int) -> Sequence[Variant]:
 
 
 def _compile_with_value(scene: Scene, sweep: Sweep, variant: Variant) -> _TriedValue:
-    """Compile the scene with one value of a sweep."""
+    """Return the scene's errors if it is compiled with one value of a sweep."""
     other, diagnostics = apply_overrides(scene, [override_of(sweep, variant)])
     return _TriedValue(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
 
 
 def _check_sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Iterator[Diagnostic]:
-    """Yield the errors of one sweep."""
+    """Yield the errors that the values of one sweep cause in the scene."""
     if study.thing.with_ is not None:
         yield from _check_names_sweep(scene, study, "with")
     links = combined_sweeps(scene, study)
@@ -89,7 +89,10 @@ def _check_sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) ->
 
 
 def _variant_error(target: SweepTarget, tried: _TriedValue) -> Diagnostic:
-    """Return an error of the scene with one value, preferably one at the value itself, else as its consequence."""
+    """Return one error of the scene with a value of a sweep, placed at this value.
+
+    An error about the value itself is preferred to an error that it causes elsewhere.
+    """
     places, source = (tried.variant.at.span, target.span), tried.variant.at.source
     own = (d for d in tried.errors if d.source is source and d.span is not None
            and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
@@ -97,7 +100,7 @@ def _variant_error(target: SweepTarget, tried: _TriedValue) -> Diagnostic:
 
 
 def _error_at_sweep_value(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
-    """Return an error elsewhere in the scene as an error at the sweep value that causes it."""
+    """Return an error elsewhere in the scene, placed at the value of the sweep that causes it."""
     note = ""
     if error.span is not None and error.source is not None:
         note = f"{error.code} in {error.source.name}, line {error.span.line}"

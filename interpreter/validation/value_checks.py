@@ -47,7 +47,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
-    """Check that uncertainties have the dimension of the values or are relative, and that their number fits."""
+    """Check that given values have a source, and as many uncertainties as values, relative or in the same dimension."""
     if not reference.thing.source_.strip():
         word = reference.constructor.name
         yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "no source",

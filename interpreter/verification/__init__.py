@@ -1,5 +1,5 @@
-"""Verification of answers: independent forces, error estimates, refined reference solutions, expectations.
+"""Verification of solutions: independent forces, error estimates, refined reference solutions, expectations.
 
-Imports packages up to validation. To add a part of the stated error, add a module here with a function that returns the
-part for an answer, and a line in `error_estimate`.
+Imports packages up to validation. To add a part of the stated error, add a module here with a function that
+returns the part for a solution, and a line in `error_estimate`.
 """

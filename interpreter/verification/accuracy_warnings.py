@@ -1,4 +1,4 @@
-"""Warnings that an answer may be inaccurate."""
+"""Warnings that mean that a solution may be inaccurate."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ DOUBTS: dict[str, str] = {
 
 
 def is_doubt(code: str) -> bool:
-    """Return whether the warning with this code means that a model's answer may be inaccurate."""
+    """Return whether the warning with this code means that the solution of a model may be inaccurate."""
     return code in DOUBTS
 
 

@@ -51,10 +51,10 @@ def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, 
 
 
 def contact_edge_error(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
-    """Return the error of a contact area due to facets at the edge of the contact, in the unit of the metric.
+    """Return the error of a contact area from facets that the edge of the contact crosses, in the unit of the metric.
 
-    It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if the
-    facets are not known.
+    It is half the area of these facets; for a relative metric it is divided by the contact area. It is zero if
+    the facets are not known.
     """
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
@@ -76,10 +76,10 @@ def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnder
 
 
 def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
-    """Return whether balance with only dead loads determines the metric's contact or support force.
+    """Return whether the force that a metric measures follows from the balance with dead loads alone.
 
-    This requires that nothing else holds the body along any axis of the metric's direction. A gap then does not change
-    the force.
+    This requires that nothing else holds the body along any axis of the metric's direction. A gap then does not
+    change the force.
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -105,7 +105,7 @@ def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTe
     rest = seen.at_rest
     told = rest is not None and (rest.reason is None or bool(rest.touches))
     if rest is None or not (told or (widest and seen.unit == "m")):
-        raise NoErrorEstimate("the gaps that the contacts leave open are not known")
+        raise NoErrorEstimate("the gaps at the contacts are not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left

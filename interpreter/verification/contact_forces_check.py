@@ -69,8 +69,8 @@ def all_contact_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[
 def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
     """Return facts of every contact by name, and the reason if a node penetrates a rigid body, else None.
 
-    Penetration makes the state invalid. The fact `least_gap`, m, is the smallest gap of all nodes that may touch;
-    `overlap`, m, is the penetration of facets between their nodes, if it was checked.
+    Penetration makes the solution invalid. The fact `least_gap`, m, is the smallest gap of all nodes that may
+    touch; `overlap`, m, is the penetration of facets between their nodes, if it was checked.
     """
     found, reason = {}, None
     for touch in case.contacts:
@@ -105,9 +105,10 @@ def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str,
 def _passes_between_nodes(
     case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats, own: dict[str, Any]
 ) -> bool:
-    """Return whether facets cut a rigid body in half without being pushed back. Raises NoIndependentFormula.
+    """Return whether facets cut deep into a rigid body between their nodes and the contact does not push them back.
 
-    Facets are pushed back if the contact force has a component against the outward normal of the most deeply cut facet.
+    Facets are pushed back if the contact force has a component against the outward normal of the most deeply cut
+    facet. Raises NoIndependentFormula.
     """
     gap = gap_of(touch.rigid.thing.shape)
     if gap is None or not (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
@@ -176,7 +177,7 @@ def _rigid_bounds(touch: RigidBodyContact) -> tuple[Floats, Floats]:
 
 
 def _contact_facts(case: Case, touch: RigidBodyContact, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
-    """Return the facts of one contact for the report."""
+    """Return the report entries of one contact, such as its smallest gap."""
     facets, look = _facets(case, touch, mesh), _current_distance(touch)
     x = _plane_components(case, mesh.points + u)
     nodes = np.setdiff1d(np.unique(facets), _fixed_nodes(case, mesh))

@@ -32,7 +32,7 @@ class CurveUnderTest(ProbeResultUnderTest):
 
     @property
     def size(self) -> float:
-        """Factor that converts an error relative to displacements into an error of the metric."""
+        """Factor that turns an error relative to the displacements into an error of the metric."""
         return self._curve_distance(np.zeros_like(self._curve_values(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:

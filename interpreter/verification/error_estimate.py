@@ -1,15 +1,17 @@
-"""Stated error of a model's answer, without any reference.
+"""Stated error of a model's solution, estimated without any reference.
 
 The error is a sum of parts, each a function of what a probe evaluates:
+
 - discretisation: distance to a finer space over the same cells, or else to the same model on coarser meshes;
 - model: distance to the same model with the best strain measure that its material has; for beams, estimates of the
   error of beam theory;
 - rounding: by the condition of the stiffness, or by forces and coordinates;
 - solver: the next Newton step.
+
 Each part is in the unit of the metric. If a part is not known, or would cost too much, the model states no error and
 gives the reason. For results that nobody requested, the error is only stated if it costs nothing.
 
-A warning of DOUBTS also counts as a statement, because the model reports with it that its answer may be inaccurate.
+A warning of DOUBTS also counts as a statement, because the model reports with it that its solution may be inaccurate.
 With a warning of VOID the model states no error.
 """
 
@@ -75,7 +77,7 @@ COARSE = grid_convergence.COARSE  # relative error above which an estimate is us
 
 @dataclass
 class ErrorEstimate(SolutionUnderTest):
-    """Error estimate of an answer as the sum of its parts."""
+    """Error estimate of a solution as the sum of its parts."""
 
     def of(self, seen: ProbeResultUnderTest) -> StatedError:
         """Return the stated error of a probe's result: its parts and their sum, or the `reason` why there is none."""
@@ -167,7 +169,7 @@ class ErrorEstimate(SolutionUnderTest):
 
             if place := singular_pressure(seen.metric, self.case, seen.at_rest, seen.X):
                 raise NoErrorEstimate(
-                    f"it is evaluated at {place}, where the pressure grows with every mesh refinement"
+                    f"the metric is evaluated at {place}, where the pressure grows with every mesh refinement"
                 )
         if not any(load.thing.action.points for load in self.case.loads):
             return
@@ -183,10 +185,12 @@ class ErrorEstimate(SolutionUnderTest):
         if seen.metric.measured_from is None and (
             load := load_of_unbounded_work(seen.metric, self.case, mesh, seen.size)
         ):
-            raise NoErrorEstimate(f"it depends on the work of `{load.name}`, which grows with every mesh refinement")
+            raise NoErrorEstimate(
+                f"the metric depends on the work of `{load.name}`, which grows with every mesh refinement"
+            )
         if load := load_of_unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
             raise NoErrorEstimate(
-                f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
+                f"the metric is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
             )
 
     def _model_error(self, seen: ProbeResultUnderTest) -> float:
@@ -198,7 +202,10 @@ class ErrorEstimate(SolutionUnderTest):
         )
 
     def _solver_error(self, seen: ProbeResultUnderTest) -> float:
-        """Return the effect of the next Newton step with the full tangent, for a reduced model of the full model."""
+        """Return the change of a result by the next Newton step with the full tangent.
+
+        For a reduced model this is a step of the full model.
+        """
         residual = float(self.result.solve.get("residual") or 0.0)
         beyond, relative = self._reduction_error(seen)
         if isinstance(self.case.analysis, Dynamic):
@@ -311,7 +318,7 @@ class ErrorEstimate(SolutionUnderTest):
         apart, size = seen.apart(other), max(seen.size, seen.acting)
         if apart > COARSE * size:
             raise NoErrorEstimate(
-                f"the step is too long for an error estimate: the result with {another} differs by "
+                f"the time step is too long for an error estimate: the result with {another} differs by "
                 f"{100 * apart / size:.2g} %"
             )
         return apart

@@ -25,7 +25,7 @@ class BudgetExceeded(NoErrorEstimate):
 
 @dataclass
 class Budget:
-    """Nominal CPU time that an estimate may spend, s, counted within a `with` block.
+    """Nominal CPU time that error estimates of one solution may spend, s, counted within a `with` block.
 
     `asked` is true if the result was requested; otherwise only slight costs are allowed.
     """
@@ -70,7 +70,7 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """Remaining nominal CPU time, s."""
+        """Nominal CPU time that error estimates may still use, s."""
         return self.limit - self.spent - (counted() - self._since if self._depth else 0.0)
 
     def add_solution_time(self, took: float) -> None:
@@ -89,6 +89,6 @@ class Budget:
             raise BudgetExceeded(f"computing it would take more than {self.words}")
 
     def check(self, *_: object) -> None:
-        """Raise BudgetExceeded if the budget is spent."""
+        """Raise BudgetExceeded if the budget is spent; usable as a callback with any arguments."""
         if self.left < 0.0:
             raise BudgetExceeded(f"computing it takes more than {self.words}")

@@ -56,7 +56,7 @@ def _evaluate_in_states(
 
 
 def _needs_all_states(scene: Scene, metric: str) -> bool:
-    """Return whether a metric is computed from all states together, so that its value is known in the last state."""
+    """Return whether a metric is computed from all states together, so that it has a value only in the last state."""
     declared = scene.declared.get(metric)
     return declared is not None and declared.kind == "metric" and declared.thing.of_all_states
 

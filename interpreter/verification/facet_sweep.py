@@ -1,8 +1,9 @@
-"""Selected facets of a surface and points on parts of facets, by straight lines of their local coordinates.
+"""Selected parts of surface facets by a sweep of straight lines, as an independent check of the solver's selection.
 
-The solver cuts triangles and follows borders. Here every facet is swept by straight lines: crossings of a border and a
-line are bisected, the condition is evaluated once between two crossings, and strips between lines are halved until two
-Gauss rules agree. Both share only settled borders and curved sides.
+The solver cuts facets into triangles along the borders of a condition. Here every facet is swept by straight
+lines of its local coordinates: crossings of a border and a line are bisected, the condition is evaluated once
+between two crossings, and strips between lines are halved until two Gauss rules agree. Both methods share
+only the borders that do not cut facets, and the curved sides.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ MOST_UNSURE = 1e-6  # largest uncertain share of a load that counts as verified
 
 
 def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
-    """Yield conditions on coordinates, their facets, and the map of these facets onto their curved side."""
+    """Yield each condition on coordinates with its facets, and the map of these facets onto their curved side."""
     for condition, members in split_by_groups(where, facet_membership(mesh)):
         own = np.zeros(len(mesh.facets), dtype=np.bool_)
         own[members] = True
@@ -93,9 +94,9 @@ def sample_facets(facets: Ints) -> Iterator[Points]:
 
 @dataclass(frozen=True)
 class FacetSweep:
-    """Selection of facets with nodes `corners` (f, k, 3), m, by a condition.
+    """Sweep over facets with nodes `corners` (f, k, 3), m, to find the parts that a condition selects.
 
-    `out` maps points of the facets onto the body's surface.
+    `out` maps points of the facets onto the exact surface of the body.
     """
 
     condition: Condition
@@ -107,7 +108,7 @@ class FacetSweep:
 
     @cached_property
     def through(self) -> Any:
-        """Mask of the borders that cut each facet (b, f); it is False for facets that were not checked."""
+        """Mask (b, f): whether border b of the condition cuts facet f; False for facets that were not checked."""
         return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
 
     @property
@@ -138,7 +139,7 @@ class FacetSweep:
         return tuple(X) if self.out is None else self.out(tuple(X))
 
     def _selection_by_bounds(self) -> Ints:
-        """Return 1 for facets (f,) that the condition selects wholly by bounds, -1 for unselected, 0 for undecided."""
+        """Return 1 for each facet (f,) that is wholly selected by bounds, -1 if not selected at all, 0 if undecided."""
         n = len(self.corners)
         told = np.zeros(n, dtype=np.int64)
         if not n:
@@ -167,7 +168,7 @@ class FacetSweep:
         return np.concatenate([xi, more])
 
     def _find_crossing_borders(self, f: Ints) -> tuple[Any, Any]:
-        """Return a mask of borders that pass between points of a lattice (b, f), and facets f with a selected point."""
+        """Return which borders cross a lattice of points on facets f, (b, f), and the facets with a selected point."""
         inside = np.zeros(len(f), dtype=np.bool_)
         cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
         xi = self._lattice(ASKED, np.zeros((0, 2)))
@@ -182,7 +183,7 @@ class FacetSweep:
         return cut, inside
 
     def _signs(self, levels: Floats) -> Floats:
-        """Return the side of a border, -1 or 1, for levels (b, ...); points within the border's tolerance get 1."""
+        """Return the sign of levels (b, ...) of borders, -1 or 1; points within the tolerance of a border get 1."""
         slack = np.array([1e-9 * self.extent**b.power for b in self.condition.borders])
         sign: Floats = np.sign(np.where(np.abs(levels) <= slack.reshape(-1, *(1,) * (levels.ndim - 1)), 0.0, levels))
         return np.where(sign == 0.0, self._side_of_zero(sign), sign)
@@ -227,9 +228,10 @@ class FacetSweep:
         return (f, xi, w), (g, left)
 
     def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
-        """Return panels of facets f between corners, turning points and intersections of borders.
+        """Return the strips (panels) into which the sweep divides facets f.
 
-        Each panel is given by its facet and its first and last line coordinate a.
+        Strips end at corners of a facet, where a border turns back, and where borders intersect. Each strip is given
+        by its facet and by the coordinate a of its first and its last line.
         """
         found = [
             (f, np.zeros(len(f))),
@@ -244,7 +246,7 @@ class FacetSweep:
         return facet[:-1][real], place[:-1][real], place[1:][real]
 
     def _border_ends_on_sides(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Return facets and line coordinates a at which borders meet the sides on which the lines begin or end."""
+        """Return facets and coordinates a of lines at which borders meet the sides where lines begin or end."""
         t, found = np.linspace(0.0, 1.0, ASKED), []
         for end in (0.0, 1.0):
             grid = np.tile(t, (len(f), 1))
@@ -259,7 +261,7 @@ class FacetSweep:
         return found
 
     def _turning_points_and_crossings(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Return facets and line coordinates a of turning points and intersections of borders, by Newton's method."""
+        """Return facets and coordinates a of lines at which borders turn back or intersect, by Newton's method."""
         seeds, h, count = np.linspace(0.1, 0.9, 5), 1e-4, len(self.condition.borders)
         a0, b0 = (np.tile(t.ravel(), len(f)) for t in np.meshgrid(seeds, seeds))
         own, found = np.repeat(f, 25), []
@@ -285,9 +287,9 @@ class FacetSweep:
     def _integrate_panels(
         self, f: Ints, low: Floats, high: Floats, n: int
     ) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
-        """Return the area and first moments (n, 3) of the selected parts of n panels, and their quadrature points.
+        """Return the area and first moments (n, 3) of the selected parts of n strips, and their quadrature points.
 
-        The points are given by their panel (p,), local coordinates (p, 2) and weights (p,). Lines are denser towards
+        The points are given by their strip (p,), local coordinates (p, 2) and weights (p,). Lines are denser towards
         both ends, where the length of a chord may grow as a square root.
         """
         x, v = np.polynomial.legendre.leggauss(n)
@@ -305,13 +307,16 @@ class FacetSweep:
         return np.stack(parts, axis=1), (strip, xi.reshape(-1, 2), w.ravel())
 
     def _local(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-        """Return local points of lines a and positions b along them, both from 0 to 1, and the local area of da db."""
+        """Return the local coordinates of points at the positions b along the lines a, and the local area of da db.
+
+        Both a and b run from 0 to 1.
+        """
         if self._square:
             return np.stack([2 * b - 1, 2 * a - 1], axis=-1), np.full_like(a, 4.0)
         return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
 
     def _selected_intervals(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
-        """Return the selected intervals of lines a (l,) of facets f: the line, begin and end of each."""
+        """Return the selected intervals of the lines a (l,) of facets f: the line, begin and end of each interval."""
         n, t = len(f), np.linspace(0.0, 1.0, ASKED)
         grid = np.broadcast_to(t, (n, ASKED))
         levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)
@@ -337,7 +342,7 @@ class FacetSweep:
         return line[inside], begin[inside], end[inside]
 
     def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:
-        """Return the level of border b at one position on each line (l,)."""
+        """Return the level of border b at one position on each of the lines a (l,) of facets f."""
         x, y, z = self._places(f, self._local(a[:, None], places[:, None])[0])
         with np.errstate(all="ignore"):
             level = np.broadcast_to(self.condition.borders[b].at(x, y, z), (1, len(f)))[0]
@@ -348,9 +353,10 @@ class FacetSweep:
 def _find_sign_changes(
     level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]
 ) -> tuple[Ints, Floats, Floats, Floats]:
-    """Return lines (c,) on which a level (m, l) at positions t (m,) changes sign, the positions, its sign before.
+    """Return where a level (m, l) changes its sign along lines: the lines (c,), the two positions, and the sign before.
 
-    Where a level only approaches zero, the minimum of a parabola shows whether it crosses.
+    `t` (m,) are the positions on the lines. Where a level only approaches zero, the minimum of a parabola shows
+    whether it crosses zero.
     """
     sign = np.where(level >= 0.0, 1.0, -1.0)
     i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
@@ -384,7 +390,7 @@ def _bisect(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: 
 def _newton(
     system: Callable[[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, h: float
 ) -> tuple[Floats, Any]:
-    """Return coordinate a of roots of two functions of (a, b), and a mask of roots within the facet."""
+    """Return the coordinate a of the roots of two functions of (a, b), and a mask of the roots within the facet."""
     with np.errstate(all="ignore"):
         for _ in range(14):
             (g, k), da, db = system(a, b), system(a + h, b), system(a, b + h)

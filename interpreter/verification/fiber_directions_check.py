@@ -1,4 +1,4 @@
-"""Independent fibre directions, and forces of materials with fibres."""
+"""Independent formulas for materials with fibres: fibre directions, and bodies whose nodal forces can be computed."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def helix_vectors(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
 
 
 def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
-    """Return a function for the material axes at points: along fibres, across them in the sheet, normal to both.
+    """Return a function from points to material axes: the fibre, across it in the sheet, and normal to both.
 
     Raises NoIndependentFormula.
     """
@@ -91,9 +91,10 @@ TERM = (StressTerm(lambda F: F),)  # for bodies that compute their own stress
 
 
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
-    """Return cells of one material in their deformed state; `rules` as in `checked_body`.
+    """Return the deformed body of cells of one material with fibres, from which nodal forces are computed.
 
-    Raises NoIndependentFormula.
+    `u` (n, 3), m, are nodal displacements. `rules` are local points (m, q, 3) and weights (m, q) of each cell, if
+    they differ from those of the element. Raises NoIndependentFormula.
     """
     if isinstance(case.material, ActiveStrain):
         return _active_strain_body(case, points, cells, kind, u, rules)
@@ -110,7 +111,10 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
 def mixed_body_of(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
 ) -> MixedBody:
-    """Return cells in mixed formulation with their nodal pressures. Raises NoIndependentFormula."""
+    """Return the deformed body of cells with fibres in mixed formulation, with nodal `pressures`, Pa.
+
+    Raises NoIndependentFormula.
+    """
     if isinstance(case.material, ActiveStrain):
         return _active_strain_mixed_body(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
@@ -123,9 +127,9 @@ def mixed_body_of(
 
 
 def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
-    """Return cells of muscle with active strain, whose stress is the pulled-back stress of the law.
+    """Return the deformed body of cells of muscle with active strain.
 
-    Raises NoIndependentFormula.
+    Its stress is the stress of the passive law, pulled back by the active strain. Raises NoIndependentFormula.
     """
     muscle: Any = case.material
     law = muscle.law
@@ -149,7 +153,7 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
 def _active_strain_mixed_body(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
 ) -> MixedBody:
-    """Return cells of muscle with active strain in mixed formulation. Raises NoIndependentFormula.
+    """Return the deformed body of cells of muscle with active strain in mixed formulation. Raises NoIndependentFormula.
 
     Active strain preserves the volume, so the pressures are not changed.
     """
@@ -180,7 +184,7 @@ def _has_fiber_directions(law: Any) -> bool:
 
 
 def passive_case(case: Case) -> Case:
-    """Return the case of one material without active tension."""
+    """Return the case with the passive law of a muscle in place of the active one; other cases are unchanged."""
     return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
 
 

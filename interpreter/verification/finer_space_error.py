@@ -1,8 +1,8 @@
-"""Error estimate by a finer space over the model's own cells, solved from the state that was found.
+"""Error estimate by a finer space over the model's own cells, solved from the model's solution.
 
-Four-node tetrahedra get ten nodes; other cells are divided into eight. No coarser mesh is needed, so the estimate also
-works for mesh files. Nearly incompressible hexahedra with pointwise volume terms are compared with hexahedra of mean
-volume, because finer hexahedra of their own kind lock too.
+Four-node tetrahedra get ten nodes; other cells are divided into eight. No coarser mesh is needed, so the
+estimate also works for mesh files. Nearly incompressible hexahedra with pointwise volume terms are compared
+with hexahedra of mean volume, because finer hexahedra of their own kind lock too.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes
 
 @dataclass(frozen=True)
 class FinerState:
-    """Solved state of the finer space: model, mesh, problem and displacements (dofs,), m.
+    """Solution on the finer space: model, mesh, problem and displacements (dofs,), m.
 
     `coarse` returns the coarse level of the preconditioner.
     """
@@ -71,7 +71,7 @@ class FinerState:
 
     @cached_property
     def solver(self) -> tuple[Any, Any]:
-        """Tangent in the state of the finer space, and a linear solver for it."""
+        """Tangent of the finer space in its solved state, and a linear solver for it."""
         from softmark.solvers.statics.finer_space_solve import tangent_solver
 
         return tangent_solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
@@ -185,7 +185,7 @@ def _require_free_memory(needed: float) -> None:
     free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
-        raise NoErrorEstimate(f"a finer space would need {gigabytes}")
+        raise NoErrorEstimate(f"a solution on the finer space would need {gigabytes}")
 
 
 def displacement_field(model: Fem, case: Case, mesh: DeformedMesh) -> CachedField:
@@ -209,7 +209,7 @@ def _locking_free_model(model: Fem, materials: tuple[Any, ...], kind: str) -> Fe
 
 
 class _LazyValue:
-    """Value that is computed on first use."""
+    """Value that a function computes on first use."""
 
     def __init__(self, make: Callable[[], Any]) -> None:
         self._make, self._made = make, None

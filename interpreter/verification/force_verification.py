@@ -41,7 +41,7 @@ SEEN = 0.005  # relative differences that three digits show
 
 
 def verify_solution(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
-    """Return the solution with `checks` among its facts; its status is `failed` if it violates them.
+    """Return the solution with the results of all force checks as `checks`; its status is `failed` if it violates them.
 
     If the solution failed because its material law reached the end of its validity, that is reported.
     """

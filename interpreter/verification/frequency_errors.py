@@ -55,9 +55,9 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         return float(found[-1])
 
     def lost(self, materials: tuple[Any, ...], far: float, cell: float) -> float:
-        """Return the rounding error of the frequency, Hz, in cells of size `cell`, m, of these materials.
+        """Return the rounding error of the frequency, Hz, for cells of the size `cell`, m, of these materials.
 
-        It contains the rounding of cell coordinates (at the distance `far` from the origin, m), and that of the fastest
+        It contains the rounding of cell coordinates at the distance `far` from the origin, m, and that of the fastest
         vibration of the mesh, a few pressure waves across a cell.
         """
         law = min(materials, key=lambda m: m.density)

@@ -240,7 +240,7 @@ def _initial_box_numbers(at: Floats) -> Any:
 
 
 def _excess_over_box_range(values: Floats, told: Floats, owner: Any) -> Floats:
-    """Return by how much values `told` (g, n) exceed the range of `values` in their boxes.
+    """Return by how much the values `told` (g, n) lie outside the range of `values` in their boxes.
 
     The result (g, n) is zero unless the excess is larger than the range itself. `owner` is the box of each point.
     """
@@ -250,9 +250,9 @@ def _excess_over_box_range(values: Floats, told: Floats, owner: Any) -> Floats:
 
 
 def _points_in_layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
-    """Return added points (n, 3) in all boxes of each layer across an axis that contains an unexpected value.
+    """Return additional points (n, 3) in each layer of boxes, across an axis, that contains an unexpected value.
 
-    They lie at the height of the layer's point with the largest `surprise`.
+    They lie at the height of the point of the layer with the largest `surprise`.
     """
     found = []
     for axis in range(3):
@@ -318,11 +318,11 @@ def cell_to_cube(kind: str, xi: Floats) -> Floats:
 
 
 def heterogeneity_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the error part due to constants that vary within cells, as {part name: function of a probe result}.
+    """Return the part of the error from constants that vary within cells, as {part name: function of a probe result}.
 
-    If quadrature errors change every stiffness by at most some fraction, an answer changes by at most that fraction. A
-    body may also be softer than its cells, by the bounds of layers in series, or stiffer than cells with pressures
-    (stiffness_bounds.py).
+    If quadrature errors change every stiffness by at most some fraction, a result changes by at most that
+    fraction. A body may also be softer than its cells, by the bounds of layers in series, or stiffer than cells
+    with pressures (stiffness_bounds.py).
     """
     from softmark.interpreter.models.shared.material_regions import largest_quadrature_error as of_mesh
     from softmark.interpreter.models.shared.material_regions import softer_by, stiffer_by

@@ -32,7 +32,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
-    """Return the volume fraction that is not strongly elliptic, or not Drucker stable, and its most strained point."""
+    """Return the volume fraction without strong ellipticity or Drucker stability, and its most strained point."""
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
     how = thing.stress_law
@@ -93,10 +93,10 @@ class UnstableVolume:
 
 
 class EllipticityTest:
-    """Test of strong ellipticity."""
+    """Test whether a constitutive law is strongly elliptic in a state, so that the material is stable."""
 
     def sound(self, material: Any) -> bool:
-        """Return whether the material needs no test: viscoelastic, or elliptic by its constants."""
+        """Return whether a material needs no test, because it is viscoelastic, or elliptic by its constants."""
         return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
 
     def may_be_unstable(self, material: Any, F: Floats) -> bool:
@@ -111,10 +111,10 @@ class EllipticityTest:
 
 
 class DruckerStabilityTest:
-    """Test of Drucker's stability in Hencky strain."""
+    """Test of Drucker's stability of a constitutive law, in terms of Hencky strain."""
 
     def sound(self, material: Any) -> bool:
-        """Return whether the material needs no test: stable by its constants, viscoelastic, or with fibres."""
+        """Return whether a material needs no test: it is stable by its constants, viscoelastic, or has fibres."""
         if getattr(material, "directed", False) or getattr(material, "branches", ()):
             return True
         return bool(getattr(material, "convex_above", math.inf) <= 0.0)

@@ -1,7 +1,7 @@
-"""Error of the time step in the metrics of a scene.
+"""Estimated error that the time step causes in each metric of a dynamic analysis.
 
-Every metric is judged by the vibrations that move its own points in its own direction
-(solvers/dynamics/time_step_error.py), not by the slowest vibration of the body.
+Each metric has an estimate of its own, by those vibrations that move its points in its direction
+(solvers/dynamics/time_step_error.py), and not by the slowest vibration of the body.
 """
 
 from __future__ import annotations
@@ -34,7 +34,10 @@ RESOLVED = "W362"  # warning about the slowest vibration, which is sufficient
 
 @dataclass(frozen=True)
 class MetricError:
-    """Time-step error of a metric, relative to its largest value over time; for lengths also in m."""
+    """Time-step error of a metric: relative to the largest value of the metric over time, and in m if it is a length.
+
+    `period`, s, is the period of the vibration that contributes most to the error.
+    """
 
     relative: float
     period: float  # s, of the vibration that contributes most
@@ -67,17 +70,22 @@ def time_step_error_of(view: View, metric: Metric | None, probe: ProbeResult | N
     last = metric is not None and metric.last
     X, u = (probe.points[-1:], probe.course[:, -1:]) if last else (probe.points, probe.course)
     along = None if metric is None else metric.direction
-    shapes = [_component(np.asarray(shape(X)), along) for shape in found.shapes]
+    shapes = [_component_along(np.asarray(shape(X)), along) for shape in found.shapes]
     motion = sum(np.multiply.outer(q, s) for q, s in zip(modes.motion.T, shapes, strict=True))
     error = sum(np.multiply.outer(q, s) for q, s in zip(modes.error.T, shapes, strict=True))
-    return _compare_motions(_component(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
+    return _compare_motions(_component_along(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
 
 
 def _compare_motions(
     u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: Any, at_end: bool
 ) -> MetricError | None:
-    """Return the time-step error of a motion u, from the `error` (t, ...) of the linear `motion` (t, ...)."""
-    own, swing = _largest(motion), _largest(u)
+    """Return the time-step error of a computed motion u (t, n, 3) or (t, n), m, from that of the linearised motion.
+
+    `motion` and `error`, m, of the shape of u, are the sums over all modes of the linearised motion and of its error.
+    `shapes` are the modes at the same points. The error is taken at the last time if `at_end`, else averaged over time.
+    Returns None if vibrations are a negligible part of the motion.
+    """
+    own, swing = _largest_norm(motion), _largest_norm(u)
     if own <= UNSEEN * swing or swing == 0.0:
         return None
     off = float(np.linalg.norm(error[-1])) if at_end else float(np.sqrt((error**2).mean(axis=0).sum()))
@@ -89,29 +97,35 @@ def _compare_motions(
 
 
 def _is_about_motion(metric: Metric | None) -> bool:
+    """Return whether the value of a metric follows from the motion of its points, judged by its class and unit."""
     return metric is None or isinstance(metric, DisplacementMetric) or metric.unit in ("m", "1", "s")
 
 
-def _component(u: Floats, along: tuple[float, float, float] | None) -> Floats:
+def _component_along(u: Floats, along: tuple[float, float, float] | None) -> Floats:
+    """Return the component of displacements u (..., 3), m, along a unit vector; all components if it is None."""
     return u if along is None else u @ np.asarray(along)
 
 
-def _largest(u: Floats) -> float:
+def _largest_norm(u: Floats) -> float:
     """Return the largest norm of a motion u (t, ...) over all its times."""
     return float(np.sqrt((u.reshape(len(u), -1) ** 2).sum(axis=1)).max(initial=0.0))
 
 
 def _dominant_period(frequencies: Floats, shares: Floats) -> float:
+    """Return the period, s, of the vibration with the largest share, from angular frequencies (k,), rad/s."""
     return float(2.0 * np.pi / frequencies[int(np.argmax(shares))])
 
 
 # ------------------------------------------------------------------ warnings
 
 
-def step_warnings(
+def time_step_warnings(
     scene: Scene, declared: Declared, view: View, notes: tuple[Diagnostic, ...]
 ) -> tuple[Diagnostic, ...]:
-    """Return a warning if the time step of a model is too long for the metrics."""
+    """Return the warning W420 if the time step of a model causes too large errors in metrics; else an empty tuple.
+
+    `notes` are the warnings about the model so far; W362 about the slowest vibration among them makes W420 superfluous.
+    """
     analysis = view.case.analysis
     if not isinstance(analysis, Dynamic) or view.step_errors is None or any(n.code == RESOLVED for n in notes):
         return ()
@@ -139,7 +153,7 @@ def step_warnings(
 
 
 def _time_step_errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
-    """Yield the time-step error of every metric of a view's body, by name; of its probes if it has no metrics."""
+    """Yield the name and the time-step error of each metric of the body; of each probe if the scene has no metrics."""
     metrics = scene.of_kind("metric")
     for name, metric in metrics.items():
         if metric.thing.body_in(scene) not in (None, view.body):
@@ -156,6 +170,7 @@ def _time_step_errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricErr
 
 
 def _format_metric_error(pair: tuple[str, MetricError]) -> str:
+    """Return the error of a named metric as text, such as "about 0.2 mm in `tip`, 3 % of its largest value"."""
     name, error = pair
     share = f"{100 * error.relative:.2g} % of its largest value"
     if error.length is None:

@@ -1,4 +1,4 @@
-"""Result of a probe of a model, and its distance from the results of other solutions, in the unit of a metric."""
+"""Result at a probe of a model, and its distance from the results of other solutions, in the unit of a metric."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ NO_ERROR = "no error estimate is available for this metric"
 
 
 class NoErrorEstimate(Exception):
-    """Exception for a part of the error that is not known; the text gives the reason."""
+    """Exception: a part of the error cannot be estimated; the text gives the reason."""
 
 
 @dataclass(frozen=True)
 class CachedField:
-    """Displacement field that keeps the values at points already evaluated, since several metrics share a probe."""
+    """Displacement field that stores the values at points already evaluated, since several metrics share a probe."""
 
     field: Field
     stress: Callable[[], Any]  # stress of this field
@@ -55,10 +55,10 @@ class CachedField:
 
 @dataclass(frozen=True)
 class ProbeResultUnderTest:
-    """Result of a probe at points X (n, 3), m: displacements u (n, 3), m, or with `times` (t, n, 3).
+    """Result at a probe at points X (n, 3), m, whose error is estimated: displacements u (n, 3) or (t, n, 3), m.
 
-    `field` gives the displacement at any point at the end, `history` that over time. `probe`, `view`, `stress` and
-    `at_rest` are further input of the metric.
+    `field` gives the displacement at any point at the end, `history` that over time. `probe`, `view`, `stress`
+    and `at_rest` are further input of the metric.
     """
 
     X: Floats
@@ -85,7 +85,7 @@ class ProbeResultUnderTest:
         return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=field.stress)
 
     def moved(self, step: NodalDisplacementField) -> ProbeResultUnderTest:
-        """Return the result of the same probe with a displacement field added, in statics."""
+        """Return the result at the same probe after a displacement field has been added, in statics."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)
         stress = self.stress
@@ -112,7 +112,7 @@ class ProbeResultUnderTest:
         return plain and len(self.X) == 1 and self.times is None
 
     def around(self, X: Floats, other: Solution) -> float:
-        """Return the root mean square difference in stress or strain from another solution at points X (n, 3), m."""
+        """Return the root mean square difference of stress or strain from another solution at points X (n, 3), m."""
         metric: Any = self.metric
         if self.stress is None or other.stress is None:
             raise NoErrorEstimate(NO_ERROR)

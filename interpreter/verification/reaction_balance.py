@@ -78,7 +78,7 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
 
 
 def _reactions_of_rounded_state(found: VerifiedSolution, carried: NodalForces) -> Mapping[str, Reaction]:
-    """Return reactions in the rounded state that independent formulas use; empty if there is no such state.
+    """Return the reactions in the rounded state of a solution, which independent formulas use; empty without one.
 
     Reactions found by balancing constraint forces are as free of rounding as the reported ones.
     """

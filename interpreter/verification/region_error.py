@@ -41,10 +41,11 @@ def region_border_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeR
 
 
 def _region_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest, left: float, way: tuple[int, int]) -> float:
-    """Return the shift of a result if all cells at the border of one region get its material, or none of them.
+    """Return the change of a result if all cells that the border of a region crosses get the material of one side.
 
-    `way` is the number of the region and 1 (all cells) or -1 (no cells). The shift is at most the effect of the missed
-    volume; `left` is that volume relative to the smallest adjacent volume. For `way` (0, 0) this effect is returned.
+    `way` is the number of the region, and 1 if the cells get its material or -1 if they get the other. The change
+    is limited to the effect of the volume with the wrong material; `left` is this volume relative to the smallest
+    adjacent volume. For `way` (0, 0) this limit is returned.
     """
     most = math.inf if math.isinf(left) else STIFFER * left * seen.size
     if way == (0, 0):

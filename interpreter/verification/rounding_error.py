@@ -26,7 +26,7 @@ def rounding_error(
     facts, (far, cell) = result.solve, _largest_coordinate_and_shortest_side(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
         raise NoErrorEstimate(
-            f"it is so far from the origin that rounding errors reach {EPS * far / cell:.1g} of a cell"
+            f"the body is so far from the origin that rounding errors reach {EPS * far / cell:.1g} of a cell"
         )
     if isinstance(seen, FrequencyUnderTest):
         return seen.lost(representative_materials(case, None if mesh is None else mesh.mesh), far, cell)
@@ -43,7 +43,7 @@ def rounding_error(
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
         raise NoErrorEstimate(
-            "its displacements are so small compared with its coordinates that strains may be rounding error only"
+            "displacements are so small compared with the coordinates that strains may be rounding error only"
         )
     return found * seen.acting
 

@@ -143,7 +143,7 @@ class SolutionUnderTest:
             raise known
         # time starts from zero again, the sequence of states does not
         if known is None and not case.has_material_history:
-            raise NoErrorEstimate("the states before it were not solved again")
+            raise NoErrorEstimate("the previous states were not solved again on the other mesh")
         return None if known is None else known[0].mesh
 
     def choose_for_all_states(self, key: str, choice: bool) -> bool:
@@ -208,11 +208,11 @@ class SolutionUnderTest:
         def find() -> tuple[Any, Any]:
             assembly = self._full_assembly
             if assembly is None:
-                raise NoErrorEstimate("its stiffness does not depend on displacements only")
+                raise NoErrorEstimate("the stiffness does not depend on the displacements only")
             try:
                 return assembly, factor(assembly.tangent(self.state, 1.0), symmetric=assembly.conservative)
             except Singular as error:
-                raise NoErrorEstimate(f"its tangent is singular ({error})") from error
+                raise NoErrorEstimate(f"the tangent stiffness is singular ({error})") from error
 
         found: tuple[Any, Any] = self.once("tangent", find)
         return found

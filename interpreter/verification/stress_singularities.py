@@ -64,11 +64,11 @@ def converged_mesh_error(answer: SolutionUnderTest, seen: ProbeResultUnderTest, 
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
     if place := singular_stress(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
-        raise NoErrorEstimate(f"it is evaluated at {place}, where the stress grows with every mesh refinement")
+        raise NoErrorEstimate(f"the metric is evaluated at {place}, where the stress grows with every mesh refinement")
     found = verifier.discretisation(answer, seen)
     if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and verifier.is_singular(answer, seen)):
         raise NoErrorEstimate(
-            f"it has not converged: refinement may change it by {100 * found / seen.size:.2g} % or more"
+            f"the value has not converged: mesh refinement may change it by {100 * found / seen.size:.2g} % or more"
         )
     return found
 

@@ -155,7 +155,7 @@ class AtTime(Quasistatic):
 
     @property
     def now(self) -> float:
-        """Time of the result, s."""
+        """Time for which a result is computed, s."""
         return self.at
 
     @property

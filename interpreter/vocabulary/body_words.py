@@ -73,7 +73,7 @@ class Rigid:
 
     @property
     def free(self) -> bool:
-        """True if the body has a mass."""
+        """True if the body has a mass or a density, so that it may move freely in a dynamic analysis."""
         return self.density is not None or self.mass is not None
 
 

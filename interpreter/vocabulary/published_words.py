@@ -1,4 +1,4 @@
-"""Numbers that others published for the same experiment, shown next to our results."""
+"""Numbers that others published for the same experiment, shown next to the models' results."""
 
 from __future__ import annotations
 

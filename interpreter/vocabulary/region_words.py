@@ -15,7 +15,7 @@ from softmark.records import dataclass
 
 
 class Region(HasMaterial):
-    """Base class of regions."""
+    """Base class of regions: named parts of a body, which can have a material of their own."""
 
     body: str
     where: Any

@@ -16,9 +16,9 @@ from softmark.solvers.runtime.work_count import count_contact_search, count_forc
 
 
 class Assembly:
-    """Sum of energies over shared degrees of freedom: `internal` energies, and `loads` times a load fraction.
+    """Sum of `internal` energies and of `loads` times a load fraction, over shared degrees of freedom.
 
-    Energies have names: those of a mapping, or a word and their numbers in a sequence. Value, gradient and tangent are
+    Each energy has a name. Energies of a sequence are named by a word and their number. Value, gradient and tangent are
     computed in the floating-point type `kind`.
     """
 
@@ -37,8 +37,8 @@ class Assembly:
         `points` (dofs / 3, 3), m, are given only if the unknowns are three displacements of each point.
         """
         self.dofs = dofs
-        inner = internal if isinstance(internal, Mapping) else numbered("cells", internal)
-        outer = loads if isinstance(loads, Mapping) else numbered("load", loads)
+        inner = internal if isinstance(internal, Mapping) else number_energies("cells", internal)
+        outer = loads if isinstance(loads, Mapping) else number_energies("load", loads)
         self.names = tuple(inner), tuple(outer)
         self.internal, self.loads = tuple(inner.values()), tuple(outer.values())
         self.free = free_dofs(dofs, fixed)
@@ -56,15 +56,15 @@ class Assembly:
         other.internal = tuple(internal)
         return other
 
-    def acting(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Return a copy with other internal energies and loads on the same degrees of freedom, and the same pattern."""
+    def with_internal_and_loads(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
+        """Return a copy with other internal energies and loads on the same degrees of freedom and pattern."""
         other = self.with_internal(internal)
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
 
     def internal_energies(self, name: str) -> tuple[Energy, ...]:
-        """Return the internal energies that are `numbered` with a common name, such as `cells`."""
+        """Return all internal energies whose name is this word and a number, such as `cells 0` for `cells`."""
         return tuple(e for n, e in zip(self.names[0], self.internal, strict=True) if n.rpartition(" ")[0] == name)
 
     @property
@@ -88,9 +88,9 @@ class Assembly:
         return {n: e for n, e in pairs if isinstance(e, DynamicPatternEnergy)}
 
     def with_energies(self, others: Mapping[str, Energy]) -> Assembly:
-        """Return an assembly with other energies of the same names.
+        """Return a copy in which the given energies replace those of the same names.
 
-        Stencils of loads may differ, but must lie within the sparsity pattern. Raises KeyError for unknown names.
+        Loads may act on other degrees of freedom within the sparsity pattern. Raises KeyError for unknown names.
         """
         if unknown := others.keys() - {name for names in self.names for name in names}:
             raise KeyError(f"there are no energies with the names {sorted(unknown)}")
@@ -98,21 +98,24 @@ class Assembly:
             [others.get(name, e) for name, e in zip(names, energies, strict=True)]
             for names, energies in zip(self.names, (self.internal, self.loads), strict=True)
         )
-        return self.with_internal(internal).joined(loads)
+        return self.with_internal(internal).with_loads(loads)
 
-    def joined(self, loads: Sequence[Energy]) -> Assembly:
-        """Return a copy with other loads, which may act on other degrees of freedom within the sparsity pattern."""
+    def with_loads(self, loads: Sequence[Energy]) -> Assembly:
+        """Return a copy with other loads, which may act on other degrees of freedom.
+
+        The sparsity pattern stays the same, and the new loads must lie within it.
+        """
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
         slots = [*self.pattern.slots]
         for i, (old, new) in enumerate(zip(self.loads, loads, strict=True), len(self.internal)):
             if not np.array_equal(old.stencils, new.stencils):
                 slots[i] = self.pattern.places(number, new.stencils)
-        other = self.acting(self.internal, loads)
+        other = self.with_internal_and_loads(self.internal, loads)
         other.pattern = replace(self.pattern, slots=tuple(slots))
         return other
 
-    def modes(self) -> Floats | None:
+    def rigid_body_modes(self) -> Floats | None:
         """Return the six rigid body modes of the f free degrees of freedom, shape (f, 6).
 
         Return None if the degrees of freedom are not known to be displacements of points.
@@ -122,11 +125,11 @@ class Assembly:
         return None if self.points is None else rigid_motions(self.points, self.free)
 
     def _energies_with_factors(self, load: float) -> list[tuple[Energy, float]]:
-        """Return pairs of all energies and their factors at a load fraction."""
+        """Return all energies, each with the factor by which it is multiplied at a load fraction."""
         return [(e, 1.0) for e in self.internal] + self.loads_with_factors(load)
 
     def loads_with_factors(self, load: float) -> list[tuple[Energy, float]]:
-        """Return pairs of the loads and their factors at a load fraction.
+        """Return the loads, each with the factor by which it is multiplied at a load fraction.
 
         The factor is the load fraction. A load that is `not_proportional` is instead evaluated at the load fraction and
         has the factor 1. The result for the last load fraction is cached.
@@ -184,14 +187,14 @@ class Assembly:
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the largest fraction, at most 1, of an increment d (dofs,) from x that causes no collision.
+        """Return the largest fraction, at most 1, of an increment d (dofs,) of x (dofs,) without collision.
 
-        Only energies with contact limit it.
+        It is 1 without contact between deformable surfaces.
         """
         each = (e for e in (*self.internal, *self.loads) if isinstance(e, DynamicPatternEnergy))
         return min((e.limit(x, d) for e in each), default=1.0)
 
 
-def numbered(name: str, energies: Sequence[Energy]) -> dict[str, Energy]:
-    """Return energies by a common name and their number, such as `cells 0`, which no name of a scene can be."""
+def number_energies(name: str, energies: Sequence[Energy]) -> dict[str, Energy]:
+    """Return energies by a name with their index: `cells 0`, `cells 1`. No name of a scene contains a space."""
     return {f"{name} {number}": energy for number, energy in enumerate(energies)}

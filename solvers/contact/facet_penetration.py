@@ -50,12 +50,12 @@ Has = Callable[[Floats], NDArray[np.bool_]]
 class FacetParts:
     """Regions of facets or of their sides; in each of the k regions the deepest point of contact is searched.
 
-    A region has m coordinates t of its own, in a square, a triangle or a line. They map to the local facet coordinates
-    a
-    + t . way. In a plane body, whose slice has several layers of nodes, a position is the mean of those at a + t . way
-    + across and a + t . way - across. `facet` (k,) is the facet of each region and `which` (k,) its number among all
-    regions; `a` (k, 2), `way` (k, m, 2), `across` (k, 2). `kind` is the element class of the facets. The function `has`
-    returns whether coordinates t lie in the region, and `low` is the lower limit of t.
+    A region has m coordinates t of its own, in a square, a triangle or a line. They map to the local facet
+    coordinates a + t . way. In a plane body, whose slice has several layers of nodes, a position is the mean of
+    those at a + t . way + across and a + t . way - across. `facet` (k,) is the facet of each region and `which`
+    (k,) its number among all regions; `a` (k, 2), `way` (k, m, 2), `across` (k, 2). `kind` is the element class
+    of the facets. The function `has` returns whether coordinates t lie in the region, and `low` is the lower
+    limit of t.
     """
 
     kind: Any

@@ -1,4 +1,4 @@
-"""State of an interaction: what a contact carries from one equilibrium state to the next."""
+"""State that a contact passes from one solved equilibrium to the next: rigid body, barrier stiffness and friction."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FrictionState:
-    """Friction state of one contact after a solved state.
+    """Friction history of one contact after an equilibrium has been solved.
 
-    For contact with a rigid body, `anchors` (m, 3), m, are the points of the rigid body in its declared position at
-    which the `points` of the surface last stuck. For contact between deformable surfaces, `anchors` is a
-    `FrictionHistory` (deformable_friction.py). `slid` (m,) is the accumulated slip of each point or contact sample, m.
-    `work` is the heat dissipated by friction up to and including this state, J, and `now` the heat of this state only,
-    J.
+    `anchors` are the points at which the surface last stuck: for contact with a rigid body an array (m, 3), m,
+    on the rigid body in its declared position, one for each of the `points` of the surface; for contact between
+    deformable surfaces a `FrictionHistory` (deformable_friction.py). `slid` (m,), m, is the accumulated slip of
+    each point. `work`, J, is all heat of friction so far, and `now`, J, is the heat of this equilibrium only.
     """
 
     anchors: Any
@@ -32,10 +31,10 @@ class FrictionState:
 
 @dataclass(frozen=True)
 class InteractionState:
-    """State of one interaction after a solved state.
+    """State of one contact or tie after an equilibrium has been solved.
 
-    `body` is the rigid body in its present position, or None between deformable surfaces. `stiffening` is the stiffness
-    of the barrier relative to its initial stiffness, and `added` are the contact points that were added on facets.
+    `body` is the rigid body in its present position, None between deformable surfaces. `stiffening` is the
+    factor by which the barrier has become stiffer. `added` are contact points that were added inside facets.
     `friction` is None without friction.
     """
 
@@ -46,5 +45,5 @@ class InteractionState:
 
     @property
     def friction_work(self) -> float:
-        """Heat dissipated by friction up to and including this state, J."""
+        """Heat that friction has dissipated so far, including this equilibrium, J."""
         return 0.0 if self.friction is None else self.friction.work

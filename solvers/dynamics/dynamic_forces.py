@@ -218,7 +218,7 @@ def _extend_pattern_by_mass(assembly: Assembly, forces: DynamicForces) -> tuple[
         pattern = build_pattern(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
         slots = _entry_positions(pattern, forces.M_free)
     if slots is None:
-        raise ValueError("the mass matrix is not a matrix over the degrees of freedom")
+        raise ValueError("the shape of the mass matrix does not match the degrees of freedom")
     return pattern, slots
 
 

@@ -226,7 +226,7 @@ class DynamicSystem:
             if off <= max(enough * self.newton.scale, noise):
                 return motion
         if off > max(enough, UNSETTLED) * self.newton.scale:
-            raise StepFailed("the iteration for the damping and its state does not converge")
+            raise StepFailed("the iteration between the damping matrix and the state does not converge")
         return motion
 
     def _solve_with_present_damping(self, stage: Stage) -> Motion:

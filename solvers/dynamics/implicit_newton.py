@@ -95,7 +95,7 @@ class StageNewton:
             if balance.has_converged(own, scale, own.size):
                 return own, StepOutcome(count, residual, True)
             known = touches.lagged(x)
-        raise StepFailed(f"the friction iteration does not converge, residual {residual:.1e}")
+        raise StepFailed(f"the friction iteration does not converge; its residual is {residual:.1e}")
 
     def _solve_by_newton(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
         """Return the solution of the equations of a step by Newton's method from x. Raises StepFailed."""
@@ -122,7 +122,7 @@ class StageNewton:
                     if not balance.is_rounding_error(trial):
                         raise
                     return trial, StepOutcome(number, residual, True)
-        raise StepFailed(f"residual {residual:.1e} after {most} Newton iterations")
+        raise StepFailed(f"the residual is {residual:.1e} after {most} Newton iterations")
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ class Joints:
         one = (node[:, :, None] == node[:, None, :]) & (part[:, :, None] // 3 == part[:, None, :] // 3)
         turns = part >= 3
         if not np.array_equal(one.sum(axis=2)[turns], np.full(int(turns.sum()), 3)):
-            raise ValueError("a stencil of rods has whole rotations of nodes")
+            raise ValueError("a stencil contains only a part of the rotation of a node")
         Q = self.turns[node[:, :, None], part[:, None, :] % 3, part[:, :, None] % 3]
         same = (part[:, :, None] == part[:, None, :]).astype(np.float64)
         return 6 * self.point[node] + part, np.where(one, np.where(turns[:, :, None], Q, same), 0.0)

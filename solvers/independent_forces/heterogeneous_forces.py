@@ -114,7 +114,7 @@ def _make_heterogeneous_term(of: Moduli, mean: bool = False) -> HeterogeneousTer
     """Return the part of the stress that the function `of` makes from moduli; without moduli it cannot be evaluated."""
 
     def none(F: Floats) -> Floats:
-        raise ValueError("the stress of a law whose constants vary, without them")
+        raise ValueError("the constants of the law vary in space, and their values were not given")
 
     return HeterogeneousTerm(none, mean, of)
 

@@ -21,14 +21,14 @@ else:
 class ActiveStrain(ActiveMaterial):
     """Muscle by active strain: the stress-free length of the fibres is shortened, with any passive law.
 
-    psi = psi of the law at F Fa^-1, f the fibres before deformation, and
-    Fa = (1 - s) f (x) f + (1 - s)^(-1/2) (I - f (x) f)
-    Unloaded, the muscle is free of stress at F = Fa: its fibres are shorter by the fraction `shortening` = s, and it is
-    thicker across them, because Fa preserves the volume. Held at its initial length it has the stress of the law at a
-    fibre stretch of 1 / (1 - s). The force therefore decreases as the muscle shortens, unlike the prescribed tension of
-    `active`. A negative s lengthens the fibres. An `amplitude` changes s from state to state, or over the time of a
-    quasistatic analysis; in a dynamic analysis s is constant and an amplitude is refused. s may vary in space. It acts
-    in full from the start and is not raised with the loads: if one step is too large, use several states.
+    psi = psi of the law at F Fa^-1, f the fibres before deformation, and Fa = (1 - s) f (x) f + (1 - s)^(-1/2)
+    (I - f (x) f) Unloaded, the muscle is free of stress at F = Fa: its fibres are shorter by the fraction
+    `shortening` = s, and it is thicker across them, because Fa preserves the volume. Held at its initial length
+    it has the stress of the law at a fibre stretch of 1 / (1 - s). The force therefore decreases as the muscle
+    shortens, unlike the prescribed tension of `active`. A negative s lengthens the fibres. An `amplitude`
+    changes s from state to state, or over the time of a quasistatic analysis; in a dynamic analysis s is
+    constant and an amplitude is refused. s may vary in space. It acts in full from the start and is not raised
+    with the loads: if one step is too large, use several states.
     Source: Ambrosi, Pezzuto (2012), "Active stress vs. active strain in mechanobiology: constitutive issues",
     J. Elasticity 107:199; Nardinocchi, Teresi (2007), J. Elasticity 88:27.
     """

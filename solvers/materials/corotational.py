@@ -66,8 +66,8 @@ class Corotational(BatchedLaw):
     def _dPdF(self, f: Array, H: Array) -> None:
         """Write the tangent 2 mu dF + lam (R : dF) R + c dR into H, with c = lam tr(S - I) - 2 mu.
 
-        dR/dF = Y_ab T_a (x) T_b (see `_rotation_derivatives`). Derivation: with dR = R [w],
-        R^T dF - dF^T R = [w] S + S [w], hence w = Y axial(R^T dF - dF^T R) with Y = (tr S I - S)^-1.
+        dR/dF = Y_ab T_a (x) T_b (see `_rotation_derivatives`). Derivation: with dR = R [w], R^T dF - dF^T R = [w] S +
+        S [w], hence w = Y axial(R^T dF - dF^T R) with Y = (tr S I - S)^-1.
         """
         r = rotation(f)
         sums = _stretch_pair_sums(stretch(r, f))

@@ -158,9 +158,9 @@ class ExponentialStrainLaw(Anisotropic):
 class FungOrthotropic(ExponentialStrainLaw):
     """Fung's orthotropic tissue: exponential stiffening with separate constants along fibres, sheets and their normal.
 
-    psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f, sheets s and n = f x s
-    Q = bff Eff^2 + bss Ess^2 + bnn Enn^2 + 2 bfs Efs^2 + 2 bfn Efn^2 + 2 bsn Esn^2
-    Compression is resisted like tension. Without `bulk` J = 1, and `formulation = mixed` finds the pressure.
+    psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f, sheets s and n = f x s Q = bff
+    Eff^2 + bss Ess^2 + bnn Enn^2 + 2 bfs Efs^2 + 2 bfn Efn^2 + 2 bsn Esn^2 Compression is resisted like
+    tension. Without `bulk` J = 1, and `formulation = mixed` finds the pressure.
     Source: Fung, Fronek, Patitucci (1979), "Pseudoelasticity of arteries and the choice of its mathematical
     expression"; Costa, Holmes, McCulloch (2001), "Modelling cardiac mechanical properties in three
     dimensions", without terms that couple normal strains.

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 class Gent(IsochoricInvariantMaterial):
     """Gent rubber: chains of limited extensibility, so that stress grows without bound as the limit is approached.
 
-    psi = -mu/2 limit ln(1 - i/limit) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3 < limit
-    The energy is infinite beyond the limit, and no such state is ever tried. In uniaxial tension the largest stretch t
-    satisfies t^2 + 2/t - 3 = limit. As the limit tends to infinity the law is neo-Hookean.
+    psi = -mu/2 limit ln(1 - i/limit) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3 < limit The energy is infinite
+    beyond the limit, and no such state is ever tried. In uniaxial tension the largest stretch t satisfies t^2 +
+    2/t - 3 = limit. As the limit tends to infinity the law is neo-Hookean.
     Source: Gent (1996), "A new constitutive relation for rubber", Rubber Chem. Technol. 69:59.
     """
 

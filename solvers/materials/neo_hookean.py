@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 class NeoHookean(TwoInvariantLaw, Isotropic):
     """Compressible neo-Hookean rubber, the form with ln J.
 
-    psi = mu/2 (tr F^T F - 3) - mu ln J + lam/2 (ln J)^2, J = det F > 0
-    P = mu (F - F^-T) + lam ln J F^-T
+    psi = mu/2 (tr F^T F - 3) - mu ln J + lam/2 (ln J)^2, J = det F > 0 P = mu (F - F^-T) + lam ln J F^-T
     Infinite energy at J = 0, so elements cannot turn inside out. In simple shear sigma_12 = mu gamma exactly.
     Realistic for rubber and gels up to stretches of about 1.5.
     Source: Bonet, Wood, "Nonlinear Continuum Mechanics for Finite Element Analysis" (2nd ed. 2008),

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
     """Nearly incompressible neo-Hookean rubber with isochoric-volumetric split.
 
-    psi = mu/2 (J^(-2/3) tr F^T F - 3) + K/2 (J - 1)^2, J = det F > 0, K the bulk modulus
-    P = mu J^(-2/3) (F - I1/3 F^-T) + K (J - 1) J F^-T, I1 = tr F^T F
-    The usual form for nearly incompressible rubber and tissue, and that of many finite element codes. The volumetric
-    energy is finite at J = 0: a uniform collapse costs only K/2 per volume and is not prevented.
+    psi = mu/2 (J^(-2/3) tr F^T F - 3) + K/2 (J - 1)^2, J = det F > 0, K the bulk modulus P = mu J^(-2/3) (F -
+    I1/3 F^-T) + K (J - 1) J F^-T, I1 = tr F^T F The usual form for nearly incompressible rubber and tissue, and
+    that of many finite element codes. The volumetric energy is finite at J = 0: a uniform collapse costs only
+    K/2 per volume and is not prevented.
     Source: Simo, Taylor, Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Holzapfel, "Nonlinear Solid
     Mechanics" (2000), section 6.4.
     """

@@ -34,10 +34,9 @@ if TYPE_CHECKING:
 class StVenantKirchhoff(Hyperelastic, Isotropic):
     """St Venant-Kirchhoff: Hooke's law between Green's strain and the second Piola-Kirchhoff stress.
 
-    psi = lam/2 (tr E)^2 + mu tr(E^2), E = (F^T F - I)/2
-    P = F S, S = lam tr(E) I + 2 mu E
-    Valid for large rotations with small strains. In compression it softens and collapses: the uniaxial stress has its
-    maximum at a stretch of 1/sqrt(3), and no energy barrier keeps elements from inverting.
+    psi = lam/2 (tr E)^2 + mu tr(E^2), E = (F^T F - I)/2 P = F S, S = lam tr(E) I + 2 mu E Valid for large
+    rotations with small strains. In compression it softens and collapses: the uniaxial stress has its maximum
+    at a stretch of 1/sqrt(3), and no energy barrier keeps elements from inverting.
     Source: Ciarlet, "Mathematical Elasticity I" (1988), chapters 3 and 4.
     """
 

@@ -31,11 +31,10 @@ if TYPE_CHECKING:
 class StableNeoHookean(Hyperelastic, Isotropic):
     """Stable neo-Hookean rubber for simulators: defined for every deformation, including inverted elements.
 
-    psi = m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4) - l/2 (1 - a)^2, I1 = tr F^T F, J = det F
-    P = m (1 - 1/(I1 + 1)) F + l (J - a) cof F
-    with m = 4 mu/3, l = lam + 5 mu/6 and a = 1 + 3m/4l, where mu and lam are the small-strain moduli. The undeformed
-    state is free of stress and has the stiffness of Hooke's law. Without the barrier of ln J, elements can invert under
-    load, and recover when it is removed.
+    psi = m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4) - l/2 (1 - a)^2, I1 = tr F^T F, J = det F P = m (1 -
+    1/(I1 + 1)) F + l (J - a) cof F with m = 4 mu/3, l = lam + 5 mu/6 and a = 1 + 3m/4l, where mu and lam are
+    the small-strain moduli. The undeformed state is free of stress and has the stiffness of Hooke's law.
+    Without the barrier of ln J, elements can invert under load, and recover when it is removed.
     Source: Smith, De Goes, Kim (2018), "Stable Neo-Hookean Flesh Simulation", ACM Trans. Graph. 37(2):12, section 3.
     """
 

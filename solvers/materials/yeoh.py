@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 class Yeoh(IsochoricInvariantMaterial):
     """Yeoh rubber: a cubic polynomial of the first invariant, for rubber that first softens and then stiffens.
 
-    psi = c1 i + c2 i^2 + c3 i^3 + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3; mu = 2 c1
-    Fitted to uniaxial tension it is close in other states too. c2 is often negative; where c1 + 2 c2 i + 3 c3 i^2 is
-    not positive, the material is unstable.
+    psi = c1 i + c2 i^2 + c3 i^3 + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3; mu = 2 c1 Fitted to uniaxial tension
+    it is close in other states too. c2 is often negative; where c1 + 2 c2 i + 3 c3 i^2 is not positive, the
+    material is unstable.
     Source: Yeoh (1993), "Some forms of the strain energy function for rubber", Rubber Chem. Technol. 66:754.
     """
 

@@ -128,7 +128,7 @@ def _read_cached_mesh(file: Path) -> Made:
         points, cells = found["points"].astype(np.float64), found["cells"].astype(np.int64)
         seconds = float(found["seconds"]) if "seconds" in found else 0.0
     if points.ndim != 2 or points.shape[1:] != (3,) or cells.ndim != 2 or cells.shape[1:] != (4,):
-        raise ValueError("no tetrahedral mesh")
+        raise ValueError("the cached file contains no tetrahedral mesh")
     return points, cells, seconds
 
 

@@ -171,7 +171,7 @@ class _PositionSearch:
                         f"the rigid body meets a contact force of only {abs(here.push):.3g} N of "
                         f"{abs(self.press.force):.3g} N"
                     )
-                    raise NotConverged(f"{reason}, and further on {failure.reason}", self.history) from failure
+                    raise NotConverged(f"{reason}; farther on, {failure.reason}", self.history) from failure
 
     def _solve_at_travel(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
         """Return the equilibrium at the travel d, m, solved from the equilibrium `near`.

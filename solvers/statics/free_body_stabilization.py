@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.assembly.assembly import Assembly, numbered
+from softmark.solvers.assembly.assembly import Assembly, number_energies
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.stabilization_spring import STABILIZATION, StabilizationSpring
 from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
@@ -87,7 +87,7 @@ def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: F
 
 def _with_stabilization_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
     """Return the problem with another stabilising spring."""
-    return problem.with_energies(numbered(STABILIZATION, [ground]))
+    return problem.with_energies(number_energies(STABILIZATION, [ground]))
 
 
 def _with_bodies_in_final_positions(assembly: Assembly) -> Assembly:

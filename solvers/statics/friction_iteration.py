@@ -135,4 +135,4 @@ def _with_lagged_friction(assembly: Assembly, x: Floats, before: Assembly | None
         """Return energies with lagged friction."""
         return [e.lagged(x, e0, grips) if e.has_friction else e for e, e0 in zip(own, known, strict=True)]
 
-    return assembly.acting(each(assembly.internal, was.internal), each(assembly.loads, was.loads))
+    return assembly.with_internal_and_loads(each(assembly.internal, was.internal), each(assembly.loads, was.loads))

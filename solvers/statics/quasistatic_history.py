@@ -71,7 +71,7 @@ def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
     loads = [ScaledLoad(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
-    now = replace(problem, assembly=problem.assembly.acting(internal, loads), twin=None)
+    now = replace(problem, assembly=problem.assembly.with_internal_and_loads(internal, loads), twin=None)
     if problem.rest.size == problem.assembly.dofs:
         step = replace(now, target=to.target, start=before.x if before.times else None)
     else:  # with rotations the distance between states is no difference of numbers

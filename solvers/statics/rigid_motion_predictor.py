@@ -80,5 +80,5 @@ def predict_by_linear_response(problem: Statics, before: Assembly, x: Floats, ch
     was, now = ([*each.rigid_contacts_at(1.0).values()] for each in (before, problem.assembly))
     part = collision_free_fraction(was, x, d, now)
     if part == 0.0:
-        raise NotConverged("moving from the previous state, rigid bodies would pass through the surface")
+        raise NotConverged("a rigid body would pass through the surface on its way from the previous state")
     return x + part * d

@@ -186,7 +186,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     if cap is None:
         x = start.descend(x, 1.0) if problem.may_contact else start.solve_by_full_steps(x, ROUGH)
         if not problem.near(x):
-            raise NotConverged("the corotational start compresses cells to zero volume", tuple(newton.history))
+            raise NotConverged("the corotational first guess has cells of zero volume", tuple(newton.history))
     else:
         x, _, _ = start.full_steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed
@@ -328,7 +328,7 @@ def _solve_safely(
             begun = newton.impose_support_motion(x, target - load, target)
             there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and has_left_solution_branch(x, begun, there):
-                raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
+                raise NotConverged("the body springs back from the imposed rotation", tuple(history))
             if lost := problem.lost_turn_message(there, target):
                 raise NotConverged(lost, tuple(history))
             if not problem.sound(there):

@@ -132,7 +132,7 @@ class DeformedState:
     def _mixed_split(self, rule: Rule) -> MixedSplit:
         """Return the law split into shape and volume parts at the points of a rule. Raises StressUnavailable."""
         if (split := mixed_for(self._material_at_rule(rule), self.strain)) is None:
-            raise StressUnavailable("its law has no separate volumetric part for the pressure")
+            raise StressUnavailable("the material law has no separate volumetric part for the pressure")
         return split
 
     def _solved_pressures(self, rule: Rule) -> Floats:

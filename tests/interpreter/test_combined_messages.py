@@ -93,5 +93,5 @@ def test_an_inclusion_of_any_constants_is_that_of_eshelby() -> None:
 def test_a_curve_that_is_none_says_how(x: tuple[float, ...], how: str) -> None:
     """Of a state that stands twice it was told that it turned back."""
     reference = curve_geometry.Curve(np.array([0.0, 4.0]), np.array([0.0, 4.0]), np.zeros(2))
-    with pytest.raises(Undefined, match=f"x {how} on the way"):
+    with pytest.raises(Undefined, match=f"x {how} between states"):
         curve_geometry.overlay(np.array(x), np.array(x), reference)

@@ -259,7 +259,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     [
         (BLOCK, ("rigid_contact(ball, block)", "rigid_contact(ball, block, friction = 0.2)"), "friction of 0.2"),
         (BLOCK, ("fixed(block, where = z <= -200 mm)", "fixed(block, where = x <= -200 mm)"), "outside the far face"),
-        (BLOCK, ("-200 mm)\nsup", "-200 mm)\nload weight = gravity(9.81 m/s^2)\nsup"), "`weight` acts as well"),
+        (BLOCK, ("-200 mm)\nsup", "-200 mm)\nload weight = gravity(9.81 m/s^2)\nsup"), "include the load `weight`"),
         (BLOCK, ("contact  touch = rigid_contact(ball, block)", "contact touch = rigid_contact(ball, block)\n"
                  "contact again = rigid_contact(ball, block)"), "has 2 contacts"),
         (BLOCK, ("origin = (1, 2, 10.1)", "origin = (1, 2, 310.1)"), ""),

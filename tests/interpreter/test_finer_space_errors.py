@@ -251,7 +251,10 @@ def test_a_finer_space_that_does_not_fit_is_not_made(monkeypatch: pytest.MonkeyP
     assert finer_needs(256) == pytest.approx(20.0 * 8 * 256 * 24**2)
     monkeypatch.setattr("softmark.interpreter.verification.by_model.solid_verifier.error_from_coarser", _nothing)
     model = asked("model m = fem(hex8, strain = finite, size = 2.5 mm)", fine="size = 5 mm").models["m"]
-    assert "a finer space would need about 0.024 GB of memory, and 0.01 GB are free" in model.stated["sag"].reason
+    assert (
+        "a solution on the finer space would need about 0.024 GB of memory, and 0.01 GB are free"
+        in model.stated["sag"].reason
+    )
 
 
 def finer_needs(cells: int) -> float:

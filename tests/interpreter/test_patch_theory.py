@@ -211,7 +211,7 @@ def test_stress_is_known_everywhere() -> None:
          "cannot expand along z"),
         (PAIR, ("by = (-0.85, 0, 0) mm, components = x", "by = (-0.85, 0.1, 0) mm, components = (x, y)"),
          "across its axis"),
-        (PAIR, ("-0.85", "-50"), "more than its length"),
+        (PAIR, ("-0.85", "-50"), "more than the length"),
         (PAIR, ("model ", "load pull = gravity(9.81 m/s^2, direction = -x)\nmodel "), "`pull` does not act on exactly"),
         (PAIR, ("support  hand  = displaced(pair, where = x >= 40.5 mm, by = (-0.85, 0, 0) mm, components = x)\n", ""),
          "nothing moves or loads"),

@@ -321,18 +321,19 @@ def test_the_terminal_has_a_table_for_each_body() -> None:
     lines = table(two(), terminal=False).splitlines()
     assert lines[2] == "left"
     assert "eta_l" in lines[3]
+    assert "frame (real time)" in lines[3]
     assert "eta_r" not in lines[3]
     assert next(line for line in lines if line.startswith("a ")).endswith(
-        "yes, 46 % left        24       3  200 ms  ok"
+        "yes, uses 54 % of 40 ms        24       3  200 ms  ok"
     )
-    assert "NO, 3.77 x" in next(line for line in lines if line.startswith("b "))
+    assert "NO, takes 3.77 x 40 ms" in next(line for line in lines if line.startswith("b "))
 
 
 def test_a_step_longer_than_a_frame_is_no_real_time_whatever_it_takes() -> None:
     one = two()
     metrics = {"frame": frame(0.5, verdict=False)}
     shown = table(replace(one, models={"a": replace(one.models["a"], metrics=metrics)}), terminal=False)
-    assert "NO, step too long" in shown
+    assert "NO, step over 40 ms" in shown
 
 
 def test_wide_tables_go_on_below() -> None:

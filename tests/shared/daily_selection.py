@@ -1,9 +1,9 @@
-"""Choice of slow tests: a tenth of the cases of each slow sweep is run a day, all in ten days or by SOFTMARK_WHOLE=1.
+"""Selection of the slow tests that run today; SOFTMARK_WHOLE=1 selects all of them.
 
-A sweep is a test with three slow cases or more. Its cases look for exceptions to a law that the quick cases confirm
-already. A sweep of more than `LARGE` cases takes twenty days. SOFTMARK_DAY=2026-11-23 runs the cases of that day again.
-Each scene of the library is run every day, except those that take longest, each of which has a day of the week. Tests
-that take more than about half a second are marked `long` and have one day in ten each.
+A test with three slow cases or more runs one tenth of its cases each day, so that all cases run within ten days. If it
+has more than `LARGE` cases, it runs one twentieth. Scenes of the library run every day, except the `LONGEST`, which
+have one day of the week each. Tests marked `long` take more than about half a second; each of them runs on one day in
+ten. SOFTMARK_DAY=2026-11-23 repeats the selection of that day.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day
 )
 
 
-def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
-    """Return those of all slow tests that are not run today."""
+def tests_not_run_today(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
+    """Return the slow tests that do not run today. `scene_of` maps the id of a test to the name of its scene."""
     today = DAY.toordinal()
     sweeps: dict[str, list[pytest.Item]] = defaultdict(list)
     later = set()

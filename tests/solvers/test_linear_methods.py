@@ -62,7 +62,7 @@ def test_each_method_agrees_with_a_dense_solution(method: str, poisson: float, l
     assembly = block(law("small", 6e4, poisson))
     K = tangent(assembly)
     b = np.random.default_rng(1).normal(size=K.shape[0])
-    factor = factorisations.factor(K, method=method, modes=assembly.modes)  # type: ignore[arg-type]
+    factor = factorisations.factor(K, method=method, modes=assembly.rigid_body_modes)  # type: ignore[arg-type]
     x, exact = factor.solve(b), np.linalg.solve(K.toarray(), b)
     error = np.linalg.norm(x - exact) / np.linalg.norm(exact)
     assert error <= (1e-6 if factor.tolerance else 1e-11)
@@ -75,7 +75,7 @@ def test_single_precision_is_refined(law: Maker) -> None:
     K = tangent(assembly)
     b = np.random.default_rng(1).normal(size=K.shape[0])
     for scale in (1e-30, 1.0, 1e30):  # single precision would overflow
-        factor = factorisations.factor(K, method="cholesky", precision="single", modes=assembly.modes)
+        factor = factorisations.factor(K, method="cholesky", precision="single", modes=assembly.rigid_body_modes)
         assert factor.name == factorisations.SINGLE
         assert np.linalg.norm(scale * b - K @ factor.solve(scale * b)) <= 1e-10 * scale * np.linalg.norm(b)
     np.testing.assert_array_equal(factor.solve(0.0 * b), 0.0 * b)
@@ -123,7 +123,7 @@ def test_iterations_that_do_not_get_there_say_so(monkeypatch: pytest.MonkeyPatch
     needs("multigrid")
     monkeypatch.setattr(multigrid, "BUDGET", 2)
     assembly = block(law("small", 6e4, 0.3), 0.025)
-    factor = factorisations.factor(tangent(assembly), method="multigrid", modes=assembly.modes)
+    factor = factorisations.factor(tangent(assembly), method="multigrid", modes=assembly.rigid_body_modes)
     with pytest.raises(factorisations.Unsolved, match="residual"):
         factor.solve(np.ones(len(assembly.free)))
 
@@ -142,16 +142,16 @@ def test_multigrid_takes_over_where_a_factor_takes_longer(monkeypatch: pytest.Mo
     needs("multigrid")
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
-    assert factorisations.factor(K, modes=assembly.modes).name == factorisations.CHOLESKY
+    assert factorisations.factor(K, modes=assembly.rigid_body_modes).name == factorisations.CHOLESKY
     monkeypatch.setattr(factorisations, "LONG", 0.0)
-    factor = factorisations.factor(K, modes=assembly.modes)
+    factor = factorisations.factor(K, modes=assembly.rigid_body_modes)
     assert factor.name == multigrid.NAME
     assert factorisations.factor(K).name == factorisations.CHOLESKY  # nobody knows how the body moves
     monkeypatch.setattr(multigrid, "BUDGET", 1)  # and what does not converge is factorised
     b = np.ones(K.shape[0])
     np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-10)
     monkeypatch.setattr(multigrid, "is_installed", lambda: False)
-    assert factorisations.factor(K, modes=assembly.modes).name == factorisations.CHOLESKY
+    assert factorisations.factor(K, modes=assembly.rigid_body_modes).name == factorisations.CHOLESKY
 
 
 @pytest.mark.usefixtures("large")
@@ -164,18 +164,18 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     monkeypatch.setattr(multigrid, "is_installed", lambda: False)
     for left, name in ((1.1 * double, factorisations.CHOLESKY), (0.6 * double, factorisations.SINGLE)):
         monkeypatch.setattr(memory, "available_memory", lambda left=left: left)
-        assert factorisations.factor(K, modes=assembly.modes).name == name
+        assert factorisations.factor(K, modes=assembly.rigid_body_modes).name == name
     monkeypatch.setattr(memory, "available_memory", lambda: 0.4 * double)
     with pytest.raises(factorisations.TooLarge, match=r"softmark\[fast\]"):
-        factorisations.factor(K, modes=assembly.modes)
+        factorisations.factor(K, modes=assembly.rigid_body_modes)
     monkeypatch.undo()
     needs("multigrid")
     monkeypatch.setattr(factorisations, "LARGE", 0)
     monkeypatch.setattr(factorisations, "LITTLE", 0.0)
     monkeypatch.setattr(memory, "available_memory", lambda: 0.4 * double)
-    assert factorisations.factor(K, modes=assembly.modes).name == multigrid.NAME
+    assert factorisations.factor(K, modes=assembly.rigid_body_modes).name == multigrid.NAME
     with pytest.raises(factorisations.TooLarge, match="use `linear = multigrid`"):
-        factorisations.factor(K, method="cholesky", modes=assembly.modes)
+        factorisations.factor(K, method="cholesky", modes=assembly.rigid_body_modes)
 
 
 @pytest.mark.parametrize("method", PACKAGES)
@@ -270,7 +270,7 @@ def test_rigid_motions_cause_no_force(law: Maker) -> None:
     parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law("small", 6e4, 0.3))
     assembly = Assembly(mesh.points.size, np.zeros(0, np.int64), [elastic], [], mesh.points)
-    motions: Any = assembly.modes()
+    motions: Any = assembly.rigid_body_modes()
     assert np.abs(tangent(assembly) @ motions).max() <= 1e-12 * abs(tangent(assembly)).max()
     assert np.linalg.matrix_rank(motions) == 6
 
@@ -296,10 +296,10 @@ def test_a_dissected_system_is_solved(monkeypatch: pytest.MonkeyPatch, law: Make
     monkeypatch.setattr("softmark.solvers.sparse.ordering.LEAF", 30)
     assembly = block(law("small", 6e4, 0.3), 0.025)
     K = tangent(assembly)
-    plan = symbolic_factorization.analyse(K, assembly.modes())
+    plan = symbolic_factorization.analyse(K, assembly.rigid_body_modes())
     np.testing.assert_array_equal(np.sort(plan.order), np.arange(K.shape[0]))
     b = np.random.default_rng(1).normal(size=K.shape[0])
-    x = factorisations.factor(K, method="cholesky", modes=assembly.modes).solve(b)
+    x = factorisations.factor(K, method="cholesky", modes=assembly.rigid_body_modes).solve(b)
     np.testing.assert_allclose(K @ x, b, atol=1e-10)
 
 
@@ -311,7 +311,7 @@ def test_multigrid_on_some_thousand_unknowns(held: tuple[int, ...], law: Maker) 
     K = tangent(assembly)
     if held == (0,):  # it may slide and turn: held by a little mass
         K.setdiag(K.diagonal() + 1e-3 * K.diagonal().mean())
-    factor: Any = factorisations.factor(K, method="multigrid", modes=assembly.modes)
+    factor: Any = factorisations.factor(K, method="multigrid", modes=assembly.rigid_body_modes)
     b = np.ones(K.shape[0])
     assert np.linalg.norm(K @ factor.solve(b) - b) <= 1e-9 * np.linalg.norm(b)
     assert factor.multigrid.iterations <= 60

@@ -131,7 +131,7 @@ def test_a_rigid_motion_strains_nothing() -> None:
 
 def test_a_stencil_with_a_part_of_a_rotation_is_refused() -> None:
     _, joints = star(np.random.default_rng(7))
-    with pytest.raises(ValueError, match="whole rotations"):
+    with pytest.raises(ValueError, match="part of the rotation of a node"):
         joints.point_stencils_with_derivatives(np.array([[0, 1, 2, 3, 4]]))
 
 

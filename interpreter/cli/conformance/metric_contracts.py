@@ -65,8 +65,7 @@ def _make_test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
     """Yield bending lines to be measured.
 
     If `against`, the line is compared with itself, and then with a line that bends 1.5 times as much; otherwise there
-    is
-    one line without a reference.
+    is one line without a reference.
     """
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])

@@ -20,7 +20,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Return the installation instructions."""
+    """Return instructions on how to install the Emacs library from `folder`."""
     return (
         f'Add to your init file: (load "{folder.resolve() / FILE}")\n'
         '`M-x eglot` in a scene starts the language server: pip install "softmark[lsp]"'

@@ -24,7 +24,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Return the installation instructions."""
+    """Return instructions on how to install the files from `folder` in Kate."""
     return (
         f"cp {folder / SYNTAX} ~/.local/share/org.kde.syntax-highlighting/syntax/\n"
         f"The language server: put what {folder / SERVER} says into Settings, LSP Client, User Server Settings."
@@ -32,7 +32,7 @@ def install(folder: Path) -> str:
 
 
 def syntax() -> bytes:
-    """Return the syntax as XML."""
+    """Return the KSyntaxHighlighting file for Kate as XML."""
     own = words()
     root = Xml.Element("language", name="softmark scene", section="Scientific", version="1", kateversion="5.62",
                        extensions="*.scene", mimetype="text/x-softmark-scene", license="Apache-2.0")  # fmt: skip

@@ -33,10 +33,10 @@ vim.api.nvim_create_autocmd('FileType', {
 
 
 def files() -> dict[str, bytes]:
-    """Return the files of a runtime folder."""
+    """Return the files of a Neovim runtime folder, by path."""
     return {**vim_syntax.files(), "lsp/softmark.lua": SERVER.encode(), "plugin/softmark.lua": START.encode()}
 
 
 def install(folder: Path) -> str:
-    """Return the installation instructions."""
+    """Return instructions on how to install the files from `folder` in Neovim."""
     return f'cp -r {folder}/. ~/.config/nvim/\nThe language server is that of `dsl`: pip install "softmark[lsp]"'

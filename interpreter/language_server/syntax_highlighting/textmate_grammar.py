@@ -18,7 +18,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Return the installation instructions."""
+    """Return instructions on how to install the TextMate grammar from `folder` in editors."""
     return (
         f"Sublime Text: copy {folder / FILE} to its folder Packages/User.\n"
         "JetBrains: unpack the .vsix of `dsl editor vscode`, and add its folder `extension` to its TextMate bundles."

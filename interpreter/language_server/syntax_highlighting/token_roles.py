@@ -13,7 +13,7 @@ BRACKETS = {"LPAR", "RPAR", "LSQB", "RSQB", "COMMA"}
 
 
 class Part(NamedTuple):
-    """Piece of a text with its role."""
+    """Piece of a scene's text with its role, such as keyword or number."""
 
     start: int
     text: str

@@ -26,7 +26,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Return the instructions to generate the parser."""
+    """Return instructions on how to generate the tree-sitter parser from the files in `folder`."""
     return (
         f"In {folder}: tree-sitter generate src/grammar.json, then tree-sitter build; queries/ holds the highlighting."
     )

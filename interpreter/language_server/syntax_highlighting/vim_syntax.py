@@ -20,7 +20,7 @@ if executable('dsl') | setlocal formatprg=dsl\\ fmt\\ - | endif
 
 
 def files() -> dict[str, bytes]:
-    """Return the files of a runtime folder."""
+    """Return the files of a Vim runtime folder, by path."""
     return {
         "ftdetect/scene.vim": DETECT.encode(),
         "ftplugin/scene.vim": SETTINGS.encode(),
@@ -29,7 +29,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Return the installation instructions."""
+    """Return instructions on how to install the files from `folder` in Vim."""
     return f"cp -r {folder}/. ~/.vim/\n`:make` then checks the scene, and `gqG` from its first line formats it."
 
 

@@ -33,7 +33,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Return the installation instructions."""
+    """Return instructions on how to install the extension from `folder` in VS Code."""
     return (
         f"code --install-extension {folder / FILE}    (codium, cursor and code-server take it alike)\n"
         'The language server is that of `dsl`: pip install "softmark[lsp]"\n'
@@ -43,7 +43,7 @@ def install(folder: Path) -> str:
 
 
 def contents() -> dict[str, bytes]:
-    """Return the files of the archive."""
+    """Return the files of the `.vsix` archive by path."""
     made = {
         "[Content_Types].xml": _TYPES,
         "extension.vsixmanifest": _vsix_manifest(),

@@ -234,7 +234,7 @@ def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | 
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
-    """Return each load with its energy. Raises Fault."""
+    """Return the loads of a case, each with its energy on the rod. Raises Fault."""
     return tuple((load, _load(case, load, rest, stations)) for load in case.loads)
 
 

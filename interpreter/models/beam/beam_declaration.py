@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam import curved_beam_limits, flat_strips
-from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, VISCOELASTICITY, supported
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, VISCOELASTICITY, supported_features
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.cross_section_coverage import (
@@ -80,7 +80,7 @@ class Beam6Dof(Model):
         LineForce,
         TendonLoad,
     )  # of which `_unsupported_load` says more
-    capabilities = supported(PERTURBED_STARTS, VISCOELASTICITY)
+    capabilities = supported_features(PERTURBED_STARTS, VISCOELASTICITY)
     moves_by_sections = True
     resolution_fields = ("segments",)
 
@@ -93,10 +93,10 @@ class Beam6Dof(Model):
         """Return errors and warnings about a beam model in a case."""
         if case.shape.swept is None:
             return [_no_axis_error(declared, case)]
-        if beyond := curved_beam_limits.refusals(declared, case):
+        if beyond := curved_beam_limits.curved_beam_errors(declared, case):
             return beyond
         flat = flat_strips.curling_warning(declared, case)
-        found = [*self.refusals(declared, case), *self._unsupported_load_errors(declared, case)]
+        found = [*self.unsupported_feature_errors(declared, case), *self._unsupported_load_errors(declared, case)]
         found += self._unsupported_support_errors(declared, case)
         found += [
             *([] if found else self._constraint_errors(case)),

@@ -25,7 +25,7 @@ HELP = (
 )
 
 
-def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
+def curved_beam_errors(declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors for features of a case that only straight beams support."""
     if isinstance(case.prism, Prism):
         return []

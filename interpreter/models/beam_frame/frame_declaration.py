@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam.beam_declaration import OF_SECTIONS
 from softmark.interpreter.models.beam_frame import frame_selection
-from softmark.interpreter.models.shared.capabilities import NETWORK_STARTS, NETWORKS, PERTURBED_STARTS, supported
+from softmark.interpreter.models.shared.capabilities import (
+    NETWORK_START_TEXTS,
+    NETWORKS,
+    PERTURBED_STARTS,
+    supported_features,
+)
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
@@ -53,7 +58,7 @@ class Frame6Dof(Model):
 
     loads = (BodyForce, PointLoad, LineForce, MomentLoad)
     supports = (UniformSupport, Pinned)
-    capabilities = supported(NETWORKS) | {PERTURBED_STARTS: NETWORK_STARTS}
+    capabilities = supported_features(NETWORKS) | {PERTURBED_STARTS: NETWORK_START_TEXTS}
     moves_by_sections = True
     resolution_fields = ("segments",)
 
@@ -71,7 +76,7 @@ class Frame6Dof(Model):
             ]  # fmt: skip
         network: Network = case.shape  # type: ignore[assignment]
         found = [
-            *self.refusals(declared, case),
+            *self.unsupported_feature_errors(declared, case),
             *_unsupported_load_errors(declared, case, network),
             *_unsupported_support_errors(declared, case, network),
         ]

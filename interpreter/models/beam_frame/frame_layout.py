@@ -82,7 +82,7 @@ class Layout:
 
     @property
     def count(self) -> int:
-        """Number of points."""
+        """Number of points: those of the network, and those between the segments of its members."""
         return len(self.network.points) + (self.segments - 1) * len(self.network.pairs)
 
     @cached_property

@@ -131,7 +131,7 @@ class PreparedExternalModel:
         return found
 
     def solve(self, watch: Watch) -> Solution:
-        """Run the program and return its solution after checking it with our equations.
+        """Run the program and return its solution, checked with softmark's own equations.
 
         The solution has no displacements, only the reason, if the program is not installed or does not support the
         problem.

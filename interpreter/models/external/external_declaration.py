@@ -11,7 +11,7 @@ from softmark.interpreter.models.external.adapters import PROGRAMS
 from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason
 from softmark.interpreter.models.fem.fem_declaration import Fem
-from softmark.interpreter.models.shared.capabilities import SOLID, supported
+from softmark.interpreter.models.shared.capabilities import SOLID_FEATURES, supported_features
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.records import dataclass
@@ -30,48 +30,50 @@ else:
 
 @dataclass(frozen=True)
 class ExternalSolver(ExternalModel):
-    """Finite elements solved by another program, on the mesh and with the loads of `fem`, assessed like any model.
+    """Finite element model that another program solves, on the mesh and with the loads of `fem`.
 
-    The mesh, supports and nodal forces are those of `fem(...)` with the same element, size and strain. Element
-    formulation, quadrature, law and solver are those of the program. It runs in a separate process, with limits on
-    time, memory and output, and with one thread unless more are requested; none of its code is imported.
+    Give the `program`, and `element`, `strain` and `size` as for `fem(...)`. The mesh, supports and nodal forces
+    are those of `fem(...)`; element formulation, quadrature, law and solver are those of the program. It must be
+    installed. It runs in a separate process with limits on time, memory and output, and with one thread unless
+    `threads` allows more.
 
-    `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
-    mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
-    material. `scikit_fem` has all but hex20, and small strain only; `ngsolve` has tet4 and tet10, and small strain
-    only. `dolfinx` has all but hex20; st_venant_kirchhoff, neo_hookean, neo_hookean_isochoric, stable_neo_hookean,
-    mooney_rivlin, yeoh, gent and fung; it is searched for in each `python3` on the PATH, or only in the Python that the
-    variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms during set-up. All these solve static problems with
-    supports at nodes and dead loads.
+    Static problems with supports at nodes and dead loads are solved by these programs:
+      calculix    tet4, tet10, hex8, hex20; finite strain with st_venant_kirchhoff, neo_hookean_isochoric, mooney_rivlin
+                  and yeoh
+      felupe      all elements; neo_hookean and neo_hookean_isochoric, in bodies of one material
+      scikit_fem  all elements but hex20; small strain only
+      ngsolve     tet4 and tet10; small strain only
+      dolfinx     all elements but hex20; st_venant_kirchhoff, neo_hookean, neo_hookean_isochoric, stable_neo_hookean,
+                  mooney_rivlin, yeoh, gent and fung. It is searched for in each `python3` on the PATH, or only in the
+                  Python that the variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms during set-up.
 
-    `febio` has tet4 and hex8, and finite strain only; `polyfem` has tet4 and, at small strain, straight tet10, with
-    supports on whole facets, weight and uniform tractions on whole facets; `sofa` has tet4, in bodies of one material,
-    with supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They read the
-    files of `dsl export`. They were never run where softmark is developed and are therefore unchecked: their input
-    files are tested as text, and reading their results on files that tests create following their source code.
+    Three further programs read the files of `dsl export`; at finite strain they have st_venant_kirchhoff and
+    neo_hookean. softmark has never been tested with these programs installed, only with their file formats:
+      febio       tet4 and hex8; finite strain only
+      polyfem     tet4, and straight tet10 at small strain; supports, weight and uniform tractions on whole facets
+      sofa        tet4, in bodies of one material; supports that do not move
 
-    `mujoco`, `newton_vbd` and `newton_xpbd` integrate in time, and support only dynamic analyses of tet4 at finite
-    strain. Their mechanical models are their own, and are assessed as such; the outline and `solve.means` describe
-    them. Steps are of `step`, with `iterations` if they iterate. Damping is that of the analysis; the integrator is the
-    program's, for MuJoCo explicit if that of the analysis is. Dynamic results are not checked in softmark's equations:
-    references and other models assess them. A program whose steps end after a fixed number of iterations, whatever the
-    residual, is `capped`.
+    `mujoco`, `newton_vbd` and `newton_xpbd` integrate in time: they solve only dynamic analyses of tet4 at finite
+    strain, with mechanical models of their own, which `dsl plan` and `solve.means` in the report describe. `step`
+    is the time step, and `iterations` the number of iterations per step. Damping is taken from the analysis. The
+    integrator is that of the program; for MuJoCo it is explicit if that of the analysis is. A program that ends
+    each step after a fixed number of iterations has the status `capped`.
 
-    If the program cannot represent the scene exactly, nothing is approximated: the model is `unsupported`, with the
-    reason, and validation reports W710. If it is not installed, the model is `skipped`, with a message on how to
-    install it. If it hangs, crashes, writes too much output, runs out of memory or leaves no valid answer, the model is
-    `failed`, with the last lines of its output. An exit status of 0 and its own log are not sufficient: its
-    displacements are checked in softmark's own equations. If the remaining imbalance exceeds 1e-4 of the loads, in
-    addition to the effect of rounding in its output, the model is `not_converged`; also if that rounding alone exceeds
-    a tenth of the loads. Reactions and stress are computed from its displacements with softmark's law. Its stability
-    and discretization error are unchecked.
+    Other outcomes: if the program cannot represent the scene exactly, the model is `unsupported`, with the reason
+    (W710); if it is not installed, `skipped`, with a message on how to install it; if it crashes, exceeds a limit
+    or gives no valid answer, `failed`, with the last lines of its output. Static displacements are inserted into
+    softmark's equations. The model is `not_converged` if the imbalance exceeds 1e-4 of the loads and the rounding
+    of the program's output, or if this rounding exceeds a tenth of the loads. Reactions and stress are computed
+    from the displacements by softmark's law.
 
-    The solution time is taken from the program's own clock if it has one, else from its whole process, which is marked
-    as an upper bound. Set-up, solution and file times are separate in the facts of the report.
+    Limits: dynamic results are not inserted into softmark's equations; compare them with references and other
+    models. Stability and discretization error are not checked. The solution time is that of the program's own clock
+    if it has one, else that of its whole process, which is marked as an upper bound. The report gives times of
+    set-up, solution and files.
     """
 
     # features that the program lacks are reported as unsupported, with all else that cannot be transferred
-    capabilities = supported(*SOLID)
+    capabilities = supported_features(*SOLID_FEATURES)
     resolution_fields = ("size",)
     loads = (*Model.loads, LineForce)
 
@@ -91,12 +93,12 @@ class ExternalSolver(ExternalModel):
 
     @property
     def ours(self) -> Fem:
-        """Our finite element model that defines the problem."""
+        """softmark's own finite element model of the same problem, which determines mesh, supports and loads."""
         return self.solid
 
     @property
     def solid(self) -> Fem:
-        """Our finite element model on the same mesh, which determines mesh, supports and loads."""
+        """softmark's own finite element model on the same mesh, which determines mesh, supports and loads."""
         mass: Any = "lumped" if self.program_entry.moves else "consistent"
         return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
 

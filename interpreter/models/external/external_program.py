@@ -40,7 +40,7 @@ class ExternalModel(Model):
 
     @property
     def ours(self) -> Model:
-        """Our model that defines the problem."""
+        """softmark's own model of the same problem, which determines mesh, supports and loads."""
         raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
 
     def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:

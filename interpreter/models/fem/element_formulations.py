@@ -293,7 +293,7 @@ class Unknowns:
         return lambda x: of(self.moved(x))
 
     def moved(self, x: Floats) -> Floats:
-        """Return the displacements of a state x (dofs,)."""
+        """Return the displacement unknowns of a state x (dofs,), without its pressures."""
         return x[: self.displacements]
 
     def cell_pressures(self, energies: Sequence[Energy], pieces: Sequence[MaterialRegion], x: Floats) -> Floats | None:

@@ -40,7 +40,7 @@ from softmark.interpreter.models.shared.support_selection import support_selecti
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly, numbered
+from softmark.solvers.assembly.assembly import Assembly, number_energies
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
 from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.energies import element_corotational
@@ -345,9 +345,9 @@ def build_static(
     beds = interaction_setup.create_surface_interactions(case, mesh)
     contacts = interaction_setup.create_rigid_contacts(case, mesh)
     loose = interaction_setup.find_unsupported_body(case, mesh, parts, workshop.measured, dofs, beds)
-    beyond: dict[str, Energy] = beds if loose is None else {**beds, **numbered(STABILIZATION, [loose.spring])}
+    beyond: dict[str, Energy] = beds if loose is None else {**beds, **number_energies(STABILIZATION, [loose.spring])}
     loads = unknowns.loads([*merge_loads(applied, mesh.points.size), *(energy for _, energy in tensions)])
-    inner, outer = {**numbered("cells", internal), **beyond}, {**numbered("load", loads), **contacts}
+    inner, outer = {**number_energies("cells", internal), **beyond}, {**number_energies("load", loads), **contacts}
     assembly = Assembly(dofs, fixed, inner, outer, points)
     element_formulations.must_determine_pressure(declared, case, each, assembly)
     problem = Statics(
@@ -410,7 +410,7 @@ def apply_options(
     These are precision, caps on iterations, the linear solver, and an initial guess or a perturbed start.
     """
     model, problem = static.model, static.problem
-    reuse, modes = model.factorisation == "reused", problem.assembly.modes
+    reuse, modes = model.factorisation == "reused", problem.assembly.rigid_body_modes
     choice = LinearSolverOptions(model.linear, model.precision, model.max_linear_iterations, reuse, modes)
     choice = element_formulations.saddle_point_solver(choice, problem.assembly)
     problem = replace(problem, cap=model.max_iterations, linear=choice)

@@ -11,7 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem import solver_options as options
-from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, SOLID, supported
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, SOLID_FEATURES, supported_features
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded_cuts
 from softmark.interpreter.problem.deflection_estimates import bending_angle
@@ -95,7 +95,7 @@ class Fem(HasMaterial, Model):
     on a coarser mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
-    capabilities = supported(*SOLID, PERTURBED_STARTS)
+    capabilities = supported_features(*SOLID_FEATURES, PERTURBED_STARTS)
     resolution_fields = ("size",)
 
     element: Annotated[
@@ -232,14 +232,14 @@ class Fem(HasMaterial, Model):
         """Return errors and warnings about this model in a case, for every material if there are several."""
         # typical values would say nothing of these
         if (case.porous and case.parts) or (case.has_material_history and not case.uniform):
-            return list(self.refusals(declared, case))
+            return list(self.unsupported_feature_errors(declared, case))
         if case.parts:
             return self._problems_by_material(declared, case)
         case = case.plain
         if self.element not in WORDS:
             return [options.unknown_element(declared, unknown_element_error(self.element))]
         found = [
-            *self.refusals(declared, case),
+            *self.unsupported_feature_errors(declared, case),
             self.one_mesh(declared, case),
             options.check_grading(self, declared, case),
             *options.unused_size(self, declared, case),

@@ -89,7 +89,7 @@ class PreparedViscoelastic(MeshBasedModel):
 
     @property
     def applied(self) -> tuple[tuple[Declared, Energy], ...]:  # type: ignore[override]
-        """Loads at the present time, each separately."""
+        """Energies of the loads at the present time, one for each load."""
         acting = self.timed.acting(self.static.amplitude_scaled_energies, self._now)[: len(self.case.loads)]
         return tuple((load, energy) for load, (_, energy) in zip(self.case.loads, acting, strict=True))
 

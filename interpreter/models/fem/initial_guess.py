@@ -86,7 +86,11 @@ def start_of(declared: Declared, workshop: BuildContext) -> GuessModel:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.initial_guess
     if workshop.scene is None:
-        raise fault("E508", declared.at("initial_guess"), f"`{declared.name}` has no scene to look up `{name}` in")
+        raise fault(
+            "E508",
+            declared.at("initial_guess"),
+            f"`{declared.name}` was built without a scene, so that `{name}` cannot be looked up",
+        )
     other = workshop.scene.declared[name]
     if workshop.build is None:
         raise ValueError("the workshop cannot build another model: make models by `builders.build`")

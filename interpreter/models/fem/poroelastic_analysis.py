@@ -65,7 +65,8 @@ class Fluid:
 class PreparedPoroelastic(PreparedViscoelastic):
     """Poroelastic solid in a quasistatic analysis.
 
-    `drains` has, by name of each drained support, the indices of the pressures (b,) that it holds.
+    `drains` has, by the name of each drained support, the indices of the pressure unknowns (b,) that it
+    prescribes.
     """
 
     drains: tuple[tuple[str, Ints], ...] = ()
@@ -174,7 +175,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 
 
 def _pressure_supports(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
-    """Return the support of each held pressure, by unknown, and the drained facets (f,). Raises Fault."""
+    """Return the support of each prescribed pressure unknown, by index, and the drained facets (f,). Raises Fault."""
     number = np.full(len(mesh.points), -1)
     number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes
     found: dict[int, Declared] = {}
@@ -215,7 +216,7 @@ def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
 
 
 def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
-    """Raise Fault if two supports impose different values or amplitudes on one pressure."""
+    """Raise Fault if two supports prescribe different pore pressures at the same point `place` (3,), m."""
     one, two = known.thing, other.thing
     far = abs(one.pressure - two.pressure) > ALIKE * max(abs(one.pressure), abs(two.pressure))
     if known is other or (not far and (one.amplitude == two.amplitude or not one.pressure)):

@@ -178,7 +178,7 @@ def _match_file_to_body(model: Results, declared: Declared, case: Case) -> tuple
 
 
 def _unmatched_fault(declared: Declared, error: Unmatched) -> Fault:
-    """Return the Fault for a file that cannot be matched."""
+    """Return the Fault for a result file whose points cannot be matched to the body."""
     at = declared.at("at") if "at" in declared.fields else declared.at("path")
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
 

@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.capabilities import NETWORK_STARTS, NETWORKS, PERTURBED_STARTS, SOLID, supported
+from softmark.interpreter.models.shared.capabilities import (
+    NETWORK_START_TEXTS,
+    NETWORKS,
+    PERTURBED_STARTS,
+    SOLID_FEATURES,
+    supported_features,
+)
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.records import dataclass
 
@@ -43,7 +49,7 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    capabilities = supported(*SOLID, NETWORKS) | {PERTURBED_STARTS: NETWORK_STARTS}
+    capabilities = supported_features(*SOLID_FEATURES, NETWORKS) | {PERTURBED_STARTS: NETWORK_START_TEXTS}
     reads_file = True
     timed = False
     reason_without_robustness = "results from a file do not change with parameters"

@@ -24,11 +24,11 @@ WRITE = "displacements are interpolated linearly there: write all points, or a f
 def find_missing_points(
     declared: Declared, case: Case, place: ProbePoints, found: MatchedResults
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """Return the report and the warnings about missing points of a table.
+    """Return a report and the warning W702 about points that seem to be missing in a table of results.
 
-    The report has the distances of places of the body from the nearest row, m; the distances between rows, m; and
-    the number of nodes of a body read from a file that have no row. All are zero for a table along a line or on a
-    surface, which need not cover the body.
+    The report has the largest distance of a place in the body from the nearest row, `between`, m; the usual
+    distance between rows, `usual`, m; and the number of mesh nodes without a row, `lacks`, None if the body has
+    no mesh file. Both distances are zero for a table along a line or on a surface, which need not cover the body.
     """
     if not found.can_interpolate or len(found.X) < 2:
         return {"between": 0.0, "usual": 0.0, "lacks": None}, ()

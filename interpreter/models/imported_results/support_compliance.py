@@ -40,10 +40,10 @@ POWER = 0.1  # tolerance, relative to a power of ten
 
 @dataclass(frozen=True)
 class SupportCompliance:
-    """Compliance of imported displacements with one support.
+    """Deviation of imported displacements from the prescribed displacements of one support.
 
-    `far` is the largest deviation from the prescribed displacements, m, and `told` the largest of these, m. `times` is
-    the ratio of found to prescribed displacements, by least squares.
+    `far`, m, is the largest deviation from the prescribed displacements, and `told`, m, the largest prescribed
+    displacement. `times` is the ratio of found to prescribed displacements, by least squares.
     """
 
     support: Declared

@@ -69,7 +69,7 @@ class Homogeneous(Model):
         """Return errors and warnings about the model in a case."""
         from softmark.interpreter.models.material_point.imposed_deformation import is_block
 
-        found = list(self.refusals(declared, case))
+        found = list(self.unsupported_feature_errors(declared, case))
         if not is_block(case) or case.planar:
             return [
                 diagnostic("E355", declared.at(), f"`{declared.name}` needs a box, or a round body along x, "

@@ -15,7 +15,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 
 
 def forces_and_energies(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> EquilibriumForces:
-    """Return the forces and energies of a solution."""
+    """Return the reactions, contact forces, work and energies of a solution."""
     if (seen := solution.followed) is not None:
         return replace(seen.final_forces, followed=seen)
     if (why := _missing_forces_reason(declared, case, solution)) is not None or solution.carried is None:

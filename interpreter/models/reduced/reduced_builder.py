@@ -131,7 +131,7 @@ class Equations:
         return lambda q: whole(rows @ q)
 
     def statics(self) -> Statics:
-        """Return the static problem."""
+        """Return the static problem of the reduced equations."""
         full, weights = self.static.problem, np.abs(self.basis.fields).max(axis=0)
         assembly = self.assembly(full.assembly.internal, full.assembly.loads)
         twin = None if full.twin is None else assembly.with_internal(self.internal(full.twin.internal))
@@ -173,7 +173,7 @@ def _solutions_with_all_cells(whole: Equations) -> Floats:
 
 @dataclass(frozen=True)
 class _ScaledLoad(Energy):
-    """Load multiplied by a factor."""
+    """Energy of a load, multiplied by a factor."""
 
     load: Energy
     factor: float
@@ -423,7 +423,7 @@ def _check_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
     whole = np.linalg.norm(forces)
     inside = np.linalg.norm(np.array(forces) @ (basis.V / np.abs(basis.V).max(axis=0)))
     if basis.lift is None and inside <= IDLE * whole and whole > 0:
-        raise NotConverged("the loads do no work on any mode: train on states under such loads")
+        raise NotConverged("the loads do no work on any mode of the reduced model: include such loads in its training")
     return basis
 
 

@@ -11,13 +11,13 @@ from softmark.interpreter.models.reduced import training_scenes
 from softmark.interpreter.models.shared.capabilities import (
     ELASTIC_FOUNDATION,
     PERTURBED_STARTS,
-    REDUCIBLE,
+    REDUCIBLE_FEATURES,
     RIGID_CONTACT,
     ROTATING_SUPPORTS,
     VARYING_CONSTANTS,
-    Refusal,
+    RefusalTexts,
     Table,
-    refusals,
+    unsupported_feature_errors,
 )
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import other_body
@@ -38,18 +38,18 @@ class Reduced(Model):
 
     capabilities: ClassVar[Table] = {
         VARYING_CONSTANTS: True,
-        ELASTIC_FOUNDATION: Refusal(
+        ELASTIC_FOUNDATION: RefusalTexts(
             code="E532",
             message="`{model}` cannot reduce a body on the elastic foundation `{name}`",
             help="use `{reduces}` directly",
             field="of",
         ),
-        RIGID_CONTACT: Refusal(label="a contact", help="use `{reduces}` directly"),
-        ROTATING_SUPPORTS: Refusal(
+        RIGID_CONTACT: RefusalTexts(label="a contact", help="use `{reduces}` directly"),
+        ROTATING_SUPPORTS: RefusalTexts(
             reason="its displacement modes are straight lines, but rotating points move on circles",
             help="use `{reduces}`",
         ),
-        PERTURBED_STARTS: Refusal(reason="which has only a few displacement modes"),
+        PERTURBED_STARTS: RefusalTexts(reason="which has only a few displacement modes"),
     }
     of: str
 
@@ -67,7 +67,7 @@ class Reduced(Model):
         )
         return [
             *(d for d in found if d is not None),
-            *refusals(declared, case, REDUCIBLE),
+            *unsupported_feature_errors(declared, case, REDUCIBLE_FEATURES),
         ]
 
 
@@ -115,27 +115,31 @@ class Modal(Reduced):
 
 @dataclass(frozen=True)
 class Pod(Reduced):
-    """Finite element model in the space of its own solutions: proper orthogonal decomposition.
+    """Reduced model of a finite element model, with few unknowns, by proper orthogonal decomposition (POD).
 
-    The model `of` is solved for a training set, and the space contains the displacement fields that approximate these
-    states best (Sirovich 1987). `modes` is the number of fields. By default, it is the smallest number for which at
-    most `tolerance` of the root mean square of the states is lost. `norm` selects the inner product of the mass or of
-    the strain energy, which measures lengths of fields.
+    Name the finite element model in `of`. It is first solved for a set of training states. The reduced model then
+    represents the displacement as a sum of `modes` fixed fields, those that approximate the training states best
+    (Sirovich 1987). By default, `modes` is the smallest number for which at most `tolerance` of the root mean
+    square of the states is lost. `norm` is the inner product in which fields are compared: that of the mass or of
+    the strain energy.
 
-    The training set contains every fraction of all loads and imposed displacements in `training` (`[0.25, 0.5, 0.75,
-    1]`), for every value of the sweep `over`, if one is named: `over = directions` with `study directions =
-    sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed displacements and materials, but not the
-    mesh. If the scene lies outside these ranges, a warning reports extrapolation.
+    The training states are the equilibria at the fractions `training` of all loads and imposed displacements; the
+    default is `[0.25, 0.5, 0.75, 1]`. If `over` names a sweep, they are computed for each of its values: `over =
+    directions` with `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed
+    displacements and materials, but not the mesh. A warning reports a scene outside the ranges of the training.
 
-    Training is part of the set-up, and the report states its time; a model that shares the training is charged for it
-    too. `cells = sampled` evaluates only some cells, which a non-negative least squares fit selects and weights (ECSW:
-    Farhat, Avery, Chapman and Cortial 2014). In all training states, and for small displacements, the weighted cells
-    reproduce the reduced forces of all cells within `sampling`. The cost of a solution then does not grow with the
-    mesh. Loads are reduced exactly; a pressure that follows the surface is evaluated on all of its facets.
+    With `cells = sampled`, forces are computed in a sample of the cells only, so that the cost of a solution does
+    not grow with the mesh. A non-negative least squares fit selects and weights these cells (ECSW: Farhat, Avery,
+    Chapman and Cortial 2014). In all training states, and for small displacements, their reduced forces differ from
+    those of all cells by at most `sampling`. Loads are reduced exactly; a pressure that follows the surface is
+    evaluated on all of its facets.
 
-    `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
-    equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). A dynamic
-    analysis integrates the reduced equations; the space and the cells are then trained on static states only.
+    The time for training counts as set-up time and is in the report, also for a model that shares the training of
+    another.
+
+    Limits: the status `converged` refers only to the reduced equations. The report therefore gives `full_residual`,
+    the residual of the equations of the full model relative to its loads, and `estimated_error`, the corresponding
+    displacement error (`W419`). In a dynamic analysis, the training states are static.
     """
 
     of: Annotated[str, "model", "finite element model that is reduced"]

@@ -67,7 +67,11 @@ def stored_training(workshop: BuildContext, key: Any) -> Training:
 def scene_of(workshop: BuildContext, declared: Declared) -> Scene:
     """Return the scene that is being run. Raises Fault if there is none."""
     if workshop.scene is None:
-        raise fault("E532", declared.at("of"), f"`{declared.name}` has no scene to look up `{declared.thing.of}` in")
+        raise fault(
+            "E532",
+            declared.at("of"),
+            f"`{declared.name}` was built without a scene, so that `{declared.thing.of}` cannot be looked up",
+        )
     return workshop.scene
 
 

@@ -1,8 +1,9 @@
-"""Features of a scene that models may not support, with the error for each, and the walk over a model's table.
+"""Features of a scene that a model may not support, and the error for each of them.
 
-Each feature is one `Feature`. Each model has a table, `Model.capabilities`, of the features that it supports or for
-which it has an error text of its own. To add a feature: an entry here, and a line in the table of each model that
-supports it. Further checks of supported features (`limits`) are in modules that only scenes with the feature import.
+Each feature is one `Feature`. The table `Model.capabilities` of a model lists the features that the model supports, or
+error texts for features that it does not support. To add a feature: write an entry here, and a line in the table of
+each model that supports it. The checks `limits` of supported features are in modules of their own, which are imported
+only for scenes with the feature.
 """
 
 from __future__ import annotations
@@ -19,18 +20,19 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-MOST = "use a model that supports it, such as `fem(...)`"
-OF_NETWORKS = (
+UNSUPPORTED_SOLID_HELP = "use a model that supports it, such as `fem(...)`"
+UNSUPPORTED_NETWORK_HELP = (
     "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
 )
-UNKNOWN = "load not supported"
+UNKNOWN_LOAD = "load not supported"
 
 
 @dataclass(frozen=True)
-class Refusal:
-    """Texts in the table of a model that does not support a feature; None keeps the text of the feature.
+class RefusalTexts:
+    """Texts of the error about an unsupported feature that a model has in place of those of the `Feature`.
 
-    `field` is the field of the model to which the error points. `reason` is the part {reason} of the message.
+    None keeps the text of the feature. `reason` fills the part {reason} of the message. The error points to
+    `field` of the model if it is given.
     """
 
     label: str | None = None
@@ -46,13 +48,14 @@ Checks = Callable[["Declared", "Case"], Iterator[Diagnostic]]
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """Feature of a scene, and the error about a model that does not support it.
+    """Feature of a scene that some models do not support, with the error for those models.
 
-    `needed_by` returns the declarations of a case that need the feature of a model; the error points to each of them,
-    or to the model if `at_model`. The texts are templates with the fields model, body, reduces (the model that a
-    reduced model reduces), name (of the declaration that needs it), reason, and those that `details` returns.
-    `default` holds for models whose table does not mention the feature. `invalid` yields errors of the feature itself,
-    in place of all others. `limits` yields errors of a model that supports it.
+    `needed_by` returns the declarations of a case that need the feature. The error points to each of them, or
+    to the model if `at_model`. The texts are templates with the fields model, body, reduces (the model that a
+    reduced model reduces), name (of the declaration that needs the feature), reason, and those that `details`
+    returns. `default` states whether models support the feature if their table does not list it. `invalid`
+    yields errors of the scene that do not depend on the model; if there are any, nothing else is reported.
+    `limits` yields errors for a model that supports the feature.
     """
 
     name: str
@@ -68,9 +71,15 @@ class Feature:
     invalid: Callable[[Case], Iterator[Diagnostic]] | None = None
     limits: Checks | None = None
 
-    def refusal(self, declared: Declared, case: Case, thing: Declared, own: Refusal | None = None) -> Diagnostic:
-        """Return the error that a model does not support the feature of `thing`, with its `own` texts."""
-        own = own or Refusal()
+    def unsupported_error(
+        self, declared: Declared, case: Case, thing: Declared, own: RefusalTexts | None = None
+    ) -> Diagnostic:
+        """Return the error that a declared model does not support this feature.
+
+        `thing` is the declaration that needs the feature; `own` are texts of the model that replace those of the
+        feature.
+        """
+        own = own or RefusalTexts()
         words: dict[str, Any] = {
             "model": declared.name,
             "body": case.body.name,
@@ -86,11 +95,11 @@ class Feature:
         return diagnostic(own.code or self.code, at, message, label, help)
 
 
-Table = Mapping[Feature, bool | Refusal]  # what a model supports, or its own texts where it does not
+Table = Mapping[Feature, bool | RefusalTexts]  # what a model supports, or its own texts where it does not
 
 
-def refusals(declared: Declared, case: Case, features: Sequence[Feature]) -> Iterator[Diagnostic]:
-    """Yield the errors of a declared model for these features of a case, in their order."""
+def unsupported_feature_errors(declared: Declared, case: Case, features: Sequence[Feature]) -> Iterator[Diagnostic]:
+    """Yield the errors of a declared model for those of these features that a case needs, in their order."""
     model = declared.thing
     for feature in features:
         needing = feature.needed_by(model, case)
@@ -100,46 +109,48 @@ def refusals(declared: Declared, case: Case, features: Sequence[Feature]) -> Ite
             yield from errors
         elif not model.has_capability(feature):
             entry = model.capabilities.get(feature)
-            own = entry if isinstance(entry, Refusal) else None
+            own = entry if isinstance(entry, RefusalTexts) else None
             once = feature.at_model or (own is not None and own.field is not None)
             for thing in needing[:1] if once else needing:
-                yield feature.refusal(declared, case, thing, own)
+                yield feature.unsupported_error(declared, case, thing, own)
         elif feature.limits is not None:
             yield from feature.limits(declared, case)
 
 
 def _needed_by_body(is_needed: Callable[[Case], bool]) -> Callable[[Any, Case], Sequence[Declared]]:
-    """Return a predicate of a feature that the body, or the analysis of the case, needs."""
+    """Return a function for `Feature.needed_by` that returns the body if `is_needed(case)`, else nothing."""
     return lambda model, case: (case.body,) if is_needed(case) else ()
 
 
-def _load_texts(model: Any, case: Case, load: Declared) -> Mapping[str, str]:
-    """Return the label and the help of the error about a load of an unsupported kind."""
-    label, help = load.thing.action.unsupported or (UNKNOWN, _supporting_models_help(model))
-    return {"label": UNKNOWN if case.shape.wired else label, "help": help}  # a network is no solid
+def _load_error_texts(model: Any, case: Case, load: Declared) -> Mapping[str, str]:
+    """Return the texts {label} and {help} of the error about a load of an unsupported kind."""
+    label, help = load.thing.action.unsupported or (UNKNOWN_LOAD, _supporting_models_help(model))
+    return {"label": UNKNOWN_LOAD if case.shape.wired else label, "help": help}  # a network is no solid
 
 
-def _support_texts(model: Any, case: Case, support: Declared) -> Mapping[str, str]:
-    """Return the help of the error about a support of an unsupported kind."""
+def _support_error_texts(model: Any, case: Case, support: Declared) -> Mapping[str, str]:
+    """Return the text {help} of the error about a support of an unsupported kind."""
     return {"help": support.thing.unsupported_help or _supporting_models_help(model)}
 
 
 def _supporting_models_help(model: Any) -> str:
-    """Help text that names models with support for the loads and supports that this model lacks."""
-    return OF_NETWORKS if model.has_capability(NETWORKS) else MOST
+    """Return the help of an error about an unsupported load or support: what to use instead."""
+    return UNSUPPORTED_NETWORK_HELP if model.has_capability(NETWORKS) else UNSUPPORTED_SOLID_HELP
 
 
-def _region_names(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+def _region_error_texts(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+    """Return the text {regions}: the names of the regions of a body."""
     return {"regions": ", ".join(f"`{part.name}`" for part in case.parts)}
 
 
-def _varies(case: Case) -> bool:
+def _has_varying_constants(case: Case) -> bool:
     from softmark.interpreter.problem.representative_constants import profiles
 
     return any(profiles(material) for material in case.materials)
 
 
-def _varying_constants(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+def _varying_constant_error_texts(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+    """Return the text {constants}: which material constants of a case vary in space."""
     from softmark.interpreter.problem.heterogeneity_limits import describe_varying
 
     return {"constants": describe_varying(case)}
@@ -171,12 +182,12 @@ def _rotation_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import rotating_supports
 
     if (why := rotating_supports.unsupported_reason(declared.thing, case)) is not None:
-        own = Refusal(reason=why[0], help=why[1])
+        own = RefusalTexts(reason=why[0], help=why[1])
         for support in ROTATING_SUPPORTS.needed_by(declared.thing, case):
-            yield ROTATING_SUPPORTS.refusal(declared, case, support, own)
+            yield ROTATING_SUPPORTS.unsupported_error(declared, case, support, own)
 
 
-def _invalid_pores(case: Case) -> Iterator[Diagnostic]:
+def _invalid_poroelastic_material(case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import poroelastic_limits
 
     yield from poroelastic_limits.check_material(case)
@@ -188,7 +199,7 @@ def _poroelastic_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     yield from poroelastic_limits.check_model(declared, case)
 
 
-def _invalid_series(case: Case) -> Iterator[Diagnostic]:
+def _invalid_prony_series(case: Case) -> Iterator[Diagnostic]:
     from softmark.interpreter.models.shared import viscoelastic_limits
 
     yield from viscoelastic_limits.check_material(case)
@@ -200,7 +211,8 @@ def _viscoelastic_limits(declared: Declared, case: Case) -> Iterator[Diagnostic]
     yield from viscoelastic_limits.check_model(declared, case)
 
 
-def _perturbation(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+def _perturbation_error_texts(model: Any, case: Case, body: Declared) -> Mapping[str, str]:
+    """Return the text {kind}: how the analysis perturbs the start."""
     return {"kind": case.analysis.disturbed}
 
 
@@ -221,7 +233,7 @@ LOADS = Feature(
     message="`{model}` cannot represent the load `{name}`",
     label="{label}",
     help="{help}",
-    details=_load_texts,
+    details=_load_error_texts,
 )
 SUPPORTS = Feature(
     name="support of another kind than `Model.supports`",
@@ -230,7 +242,7 @@ SUPPORTS = Feature(
     message="`{model}` cannot represent the support `{name}`",
     label="support not available",
     help="{help}",
-    details=_support_texts,
+    details=_support_error_texts,
 )
 NETWORKS = Feature(
     name="network of springs or beams",
@@ -249,17 +261,17 @@ REGIONS = Feature(
     label="one material only",
     help="use a full `fem(...)` model, or remove the `material` of the regions",
     at_model=True,
-    details=_region_names,
+    details=_region_error_texts,
 )
 VARYING_CONSTANTS = Feature(
     name="constants that vary in space",
-    needed_by=_needed_by_body(_varies),
+    needed_by=_needed_by_body(_has_varying_constants),
     code="E328",
     message="`{model}` supports a homogeneous material only, but {constants} in space",
     label="one value of each constant",
     help="use `fem(...)`, which evaluates every constant at its integration points",
     at_model=True,
-    details=_varying_constants,
+    details=_varying_constant_error_texts,
 )
 ANISOTROPY = Feature(
     name="material with fibres",
@@ -313,7 +325,7 @@ ROTATING_SUPPORTS = Feature(
     code="E519",
     message="`{model}` does not support the rotation `{name}`: {reason}",
     label="needs load steps from rest",
-    help=MOST,
+    help=UNSUPPORTED_SOLID_HELP,
     reason="its points cannot move on circles",
     default=True,
     limits=_rotation_limits,
@@ -334,7 +346,7 @@ POROELASTICITY = Feature(
     label="for solids without fluid",
     help="use `fem(tet10, ...)`, or only the drained law",
     at_model=True,
-    invalid=_invalid_pores,
+    invalid=_invalid_poroelastic_material,
     limits=_poroelastic_limits,
 )
 VISCOELASTICITY = Feature(
@@ -345,7 +357,7 @@ VISCOELASTICITY = Feature(
     label="for elastic materials",
     help="use `fem(...)` or `beam6dof(...)`, or only the elastic law",
     at_model=True,
-    invalid=_invalid_series,
+    invalid=_invalid_prony_series,
     limits=_viscoelastic_limits,
 )
 PERTURBED_STARTS = Feature(
@@ -357,25 +369,32 @@ PERTURBED_STARTS = Feature(
     help="use `fem`, `mass_spring` or `beam6dof`",
     at_model=True,
     reason="which starts undeformed",
-    details=_perturbation,
+    details=_perturbation_error_texts,
 )
 
 
-SOLID = (
+SOLID_FEATURES = (
     REGIONS, VARYING_CONSTANTS, ANISOTROPY, ELASTIC_FOUNDATION, RIGID_CONTACT, SELF_CONTACT, POROELASTICITY,
     VISCOELASTICITY,
 )  # fmt: skip  # features that finite elements of a solid support
 
 
-def supported(*features: Feature) -> dict[Feature, bool | Refusal]:
-    """Return a table of a model that supports these features."""
+def supported_features(*features: Feature) -> dict[Feature, bool | RefusalTexts]:
+    """Return the table `Model.capabilities` of a model that supports these features."""
     return dict.fromkeys(features, True)
 
 
-NETWORK_STARTS = Refusal(help="leave it out: networks start undeformed")
+NETWORK_START_TEXTS = RefusalTexts(help="leave it out: networks start undeformed")
 
-REDUCIBLE = (ELASTIC_FOUNDATION, RIGID_CONTACT, ROTATING_SUPPORTS, UNUSED_DRAIN, POROELASTICITY, VISCOELASTICITY)
-IN_DIAGNOSTICS = (
+REDUCIBLE_FEATURES = (
+    ELASTIC_FOUNDATION,
+    RIGID_CONTACT,
+    ROTATING_SUPPORTS,
+    UNUSED_DRAIN,
+    POROELASTICITY,
+    VISCOELASTICITY,
+)
+CHECKED_FEATURES = (
     DYNAMICS, LOADS, SUPPORTS, ELASTIC_FOUNDATION, MASSLESS_PLATE, RIGID_CONTACT, SELF_CONTACT, ROTATING_SUPPORTS,
     UNUSED_DRAIN, POROELASTICITY, VISCOELASTICITY,
 )  # fmt: skip

@@ -1,4 +1,7 @@
-"""Limits of contact in models that support it: analyses, options and materials. Only scenes with contact import it."""
+"""Checks of models that support contact: analyses, options and materials that exclude contact.
+
+Only scenes with contact import this module.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,9 @@ if TYPE_CHECKING:
 
 
 def check_rigid_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options, analyses and materials that exclude contact with rigid bodies."""
+    """Yield errors for options, analyses and materials that a model does not support together with rigid contact."""
     touch = case.contacts[0]
-    yield from CONTACT_OPTIONS.errors(declared, case, touch.name)
+    yield from CONTACT_OPTIONS.excluded_value_errors(declared, case, touch.name)
     if isinstance(case.analysis, Dynamic):
         return
     if case.analysis.path != "load" or case.analysis.disturbed != "none":
@@ -38,28 +41,28 @@ def check_rigid_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def check_self_contact(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for analyses, options and materials that exclude self-contacts and ties."""
+    """Yield errors for analyses, options and materials that exclude self-contact or ties."""
     for pair in case.pairs:
         if not (case.has_material_history or case.porous or isinstance(case.analysis, Static | Dynamic)):
-            yield _error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",
+            yield _pair_contact_error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",
                          "not in this analysis", "use `static(...)` or `dynamic(...)`")  # fmt: skip
         elif case.has_material_history or case.porous:
-            yield _error(
+            yield _pair_contact_error(
                 pair,
                 f"`{pair.name}` does not support viscoelastic or poroelastic bodies",
                 "viscoelastic or poroelastic",
                 "use `static(...)` or `dynamic(...)`, with an elastic material",
             )
         elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):
-            yield _error(pair, f"the tie constraint `{pair.name}` works only in static analyses",
+            yield _pair_contact_error(pair, f"the tie constraint `{pair.name}` works only in static analyses",
                          "not in a dynamic analysis", "use `static(...)`, or make one piece: `union(...)`")  # fmt: skip
         elif isinstance(case.analysis, Dynamic) and declared.thing.iteration_cap is not None:
-            yield from SELF_CONTACT_OPTIONS.errors(declared, case, pair.name)
+            yield from SELF_CONTACT_OPTIONS.excluded_value_errors(declared, case, pair.name)
         elif case.planar == "plane_stress":
-            yield _error(pair, f"`{pair.name}` does not support plane stress, since the thickness changes",
+            yield _pair_contact_error(pair, f"`{pair.name}` does not support plane stress, since the thickness changes",
                          "not in plane stress", "use `plane_strain(...)` or `solid(...)`")  # fmt: skip
 
 
-def _error(pair: Declared, message: str, label: str, help: str) -> Diagnostic:
-    """Return the error about one self-contact or tie."""
+def _pair_contact_error(pair: Declared, message: str, label: str, help: str) -> Diagnostic:
+    """Return the error E633 at the declaration of a self-contact or tie."""
     return diagnostic("E633", pair.at(), message, label, help)

@@ -22,7 +22,7 @@ from softmark.interpreter.models.shared.solid_dynamics import (
 from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly, numbered
+from softmark.solvers.assembly.assembly import Assembly, number_energies
 from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidBody, make_contact_with_free_body
 from softmark.solvers.contact.rigid_body_loads import RigidBodyLoad
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
@@ -123,7 +123,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
         dofs + 6 * len(made),
         problem.fixed,
         known.internal,
-        numbered("rigid body load", pulls) | loads | contacts,
+        number_energies("rigid body load", pulls) | loads | contacts,
     )
     sound = problem.sound
     fitted = replace(

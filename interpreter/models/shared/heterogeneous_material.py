@@ -70,7 +70,7 @@ def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
 
 
 class Part(Protocol):
-    """Interface of a material region, the cells of one material; see `MaterialRegion` (material_regions.py)."""
+    """Interface of the cells of one material; `MaterialRegion` (material_regions.py) implements it."""
 
     @property
     def case(self) -> Case:
@@ -82,7 +82,7 @@ class Part(Protocol):
 
     @property
     def which(self) -> Any:
-        """Indices of these cells in the whole mesh."""
+        """Indices of the cells of this material in the whole mesh."""
 
     @property
     def number(self) -> int:
@@ -95,7 +95,7 @@ Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because 
 def sample_at_integration_points(own: Part, pressures: bool = False) -> tuple[Case, IntegrationPoints | None]:
     """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
-    The second value is the integration at these points, or None if they are those of the element. If `pressures` are
+    The second value is the integration at these points, None for those of the element. If `pressures` are
     unknowns, the inverse of the bulk modulus is integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
@@ -116,7 +116,7 @@ def sample_at_integration_points(own: Part, pressures: bool = False) -> tuple[Ca
 
 
 def _parts(mesh: Mesh, rule: CellRule | None) -> IntegrationPoints | None:
-    """Return the gradients and volumes of a quadrature rule on a mesh; None without a rule."""
+    """Return the shape gradients and volumes at the points of a quadrature rule, for each cell; None without a rule."""
     return None if rule is None else rule.integration(mesh)
 
 
@@ -164,7 +164,7 @@ def density_quadrature(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """Return the quadrature rule of constants: the element's rule, or a finer one if that has one point."""
+    """Return the quadrature rule for constants: that of the element, or a finer one if it has one point."""
     return (finer_element(mesh.element) if mesh.element.constant else mesh.element).quadrature()
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.self_contact_words import Tied
-from softmark.solvers.assembly.assembly import numbered
+from softmark.solvers.assembly.assembly import number_energies
 from softmark.solvers.energies.stabilization_spring import STABILIZATION
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidConta
     return (
         known
         if solid.loose is None
-        else known.with_energies(numbered(STABILIZATION, [solid.loose.spring.without_stiffness]))
+        else known.with_energies(number_energies(STABILIZATION, [solid.loose.spring.without_stiffness]))
     )
 
 
@@ -195,7 +195,7 @@ def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
     if known.loose is None:
         return solid
     spring = replace(known.loose.spring, place=x.copy())
-    assembly = known.problem.assembly.with_energies(numbered(STABILIZATION, [spring]))
+    assembly = known.problem.assembly.with_energies(number_energies(STABILIZATION, [spring]))
     found: Solid = replace(known, problem=replace(known.problem, assembly=assembly))
     return found
 

@@ -46,8 +46,8 @@ class MaterialRegion:
 def sample_regions(each: tuple[MaterialRegion, ...], pressures: bool = False) -> tuple[MaterialRegion, ...]:
     """Return the regions with varying constants evaluated at their integration points. Raises Fault.
 
-    Regions whose cells need more points than those of their element get these as `parts`. With `pressures`, the
-    same points integrate the pressure unknowns.
+    A region whose cells need more integration points than the element has gets these points as `parts`. With
+    `pressures`, the same points integrate the pressure unknowns.
     """
     return each if all(own.case.uniform for own in each) else tuple(_sample_region(own, pressures) for own in each)
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.models.shared.capabilities import IN_DIAGNOSTICS, Feature, Table, refusals
+from softmark.interpreter.models.shared.capabilities import CHECKED_FEATURES, Feature, Table, unsupported_feature_errors
 from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.interpreter.vocabulary.loads.load import SolidAction
 from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
@@ -64,7 +64,7 @@ RENAMED = {  # earlier names of members, which nothing reads any more if a plugi
 class Model:
     """Base class of a model declared in a scene, with default capabilities and properties."""
 
-    # what the model supports: `refusals` reports everything else in validation
+    # what the model supports; validation reports everything else by `unsupported_feature_errors`
     loads: tuple[type[Any], ...] = (SolidAction,)  # kinds of load
     supports: tuple[type[Any], ...] = (DisplacementSupport,)  # kinds of support
     capabilities: ClassVar[Table] = {}  # supported or not, by features in `shared/capabilities.py`
@@ -121,7 +121,7 @@ class Model:
 
     def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors and warnings about this model in a case that can be found without building arrays."""
-        return list(self.refusals(declared, case))
+        return list(self.unsupported_feature_errors(declared, case))
 
     def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors and warnings about this model that depend on other declarations of the scene."""
@@ -164,6 +164,6 @@ class Model:
         """Return whether the model supports a feature of a scene."""
         return self.capabilities.get(feature, feature.default) is True
 
-    def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    def unsupported_feature_errors(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield errors for the analysis, loads, supports and other features that the model does not support."""
-        return refusals(declared, case, IN_DIAGNOSTICS)
+        return unsupported_feature_errors(declared, case, CHECKED_FEATURES)

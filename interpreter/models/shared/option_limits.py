@@ -1,4 +1,4 @@
-"""Options of a model that a feature of the scene restricts to some values, and the error about other values."""
+"""Limits that a feature of the scene sets to the options of a model, and the error about an excluded value."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class OptionLimits:
-    """Options of a model that a feature restricts to some values, and the error about other values.
+    """Allowed values of model options in a scene with some feature, and the error about any other value.
 
-    Texts are templates with the fields model, body, name (of the declaration with the feature), option and value.
+    `allowed` maps the name of an option to its allowed values, of which the first is the default. The texts are
+    templates with the fields model, body, name (of the declaration with the feature), option and value.
     """
 
     allowed: Mapping[str, tuple[Any, ...]]
@@ -28,8 +29,11 @@ class OptionLimits:
     label: str
     help: str = "leave it out"
 
-    def errors(self, declared: Declared, case: Case, name: str = "") -> Iterator[Diagnostic]:
-        """Yield an error for each option of the model with another value; `name` has the feature."""
+    def excluded_value_errors(self, declared: Declared, case: Case, name: str = "") -> Iterator[Diagnostic]:
+        """Yield an error for each option of a declared model whose value is not allowed.
+
+        `name` is the name of the declaration with the feature, such as a contact, for the text of the error.
+        """
         for option, allowed in self.allowed.items():
             value = getattr(declared.thing, option, allowed[0])
             if value not in allowed:

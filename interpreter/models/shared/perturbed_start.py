@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, refusals
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, unsupported_feature_errors
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
     if known is None:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
-    if refused := list(refusals(declared, case, (PERTURBED_STARTS,))):
+    if refused := list(unsupported_feature_errors(declared, case, (PERTURBED_STARTS,))):
         return refused
     found = []
     for field in model.shortcuts:

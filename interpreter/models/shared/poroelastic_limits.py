@@ -1,4 +1,4 @@
-"""Limits of poroelastic bodies in models that support them: materials, analyses, elements and options."""
+"""Checks of poroelastic bodies: invalid materials, and models, analyses and options that do not support pore fluid."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
+ANALYSIS_EXAMPLE = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
-    """Yield the error of an invalid poroelastic material, or of one in plane stress."""
+    """Yield the error about an invalid poroelastic material of a case, or about one in plane stress."""
     if case.planar == "plane_stress":
         yield diagnostic(
             "E435",
@@ -29,7 +29,7 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
             "not in plane stress",
             "use `plane_strain`, a `solid` as thick as the plate, or only the drained law",
         )
-    elif problem := next(filter(None, map(_invalid_material, case.typical)), None):
+    elif problem := next(filter(None, map(_material_problem, case.typical)), None):
         yield diagnostic(
             "E370",
             case.body.at("material"),
@@ -40,11 +40,11 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
 
 
 def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if the options or the analysis of a model exclude a poroelastic body."""
+    """Yield errors if the analysis, a varying material or the options of a model do not allow a poroelastic body."""
     if not isinstance(case.analysis, Quasistatic):
         yield diagnostic("E373", declared.at(), f"`{case.body.name}` is poroelastic, which needs a "
                                                 "quasistatic analysis", "needs a quasistatic analysis",
-                         f"write {TIMED}, or use only the drained law")  # fmt: skip
+                         f"write {ANALYSIS_EXAMPLE}, or use only the drained law")  # fmt: skip
     elif case.parts or not case.uniform or getattr(case.material.law, "turning", False):
         yield diagnostic(
             "E375",
@@ -54,10 +54,10 @@ def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
             "remove the regions and fields of the body",
         )
     else:
-        yield from _refuse_solid_options(declared, case)
+        yield from _solid_option_errors(declared, case)
 
 
-def _invalid_material(material: Any) -> tuple[str, str, str] | None:
+def _material_problem(material: Any) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a material; None if the material is valid."""
     if not porous(material):
         return None
@@ -78,8 +78,11 @@ def _invalid_material(material: Any) -> tuple[str, str, str] | None:
     return None
 
 
-def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options of a finite element model that do not support fluid."""
+def _solid_option_errors(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Yield errors for options of a finite element model, supports and plane stress that do not allow pore fluid.
+
+    Also yields the warning W395 about a body from which no fluid can leave.
+    """
     model = declared.thing
     if find_element(model.element).pressures != "corners":
         flat = case.planar != ""
@@ -91,7 +94,7 @@ def _refuse_solid_options(declared: Declared, case: Case) -> Iterator[Diagnostic
             "no Taylor-Hood element",
             help,
         )
-    yield from POROELASTIC_OPTIONS.errors(declared, case)
+    yield from POROELASTIC_OPTIONS.excluded_value_errors(declared, case)
     if model.strain == "corotational":
         yield diagnostic(
             "E374",

@@ -248,9 +248,9 @@ def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int
     """Return the relative volume error of each region whose border cells do not follow, and how to bound its effect.
 
     The effect is bounded by a second solution, in which cut cells have another material: (index of the region, side),
-    the
-    arguments of `_assign_cut_cells`. It is (0, 0), no change, if the error is negligible. The error is infinite if the
-    border cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed polygon.
+    the arguments of `_assign_cut_cells`. It is (0, 0), no change, if the error is negligible. The error is infinite
+    if the border cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed
+    polygon.
     """
     if not case.parts or prepared.mesh is None:
         return []

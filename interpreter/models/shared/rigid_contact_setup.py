@@ -143,7 +143,7 @@ class _MeshedBody:
         return self.volume * max(material.density or 0.0 for material in self.case.typical)
 
     def length(self) -> float:
-        """Return the size of the body, m."""
+        """Return the size of the body, m: the extent of its mesh."""
         return self.mesh.extent
 
     def area(self, where: Condition) -> float:

@@ -22,7 +22,7 @@ from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.motion_history import KEPT, History
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.assembly.assembly import Assembly, numbered
+from softmark.solvers.assembly.assembly import Assembly, number_energies
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.energy_balance import LOSS
@@ -266,7 +266,7 @@ class _StateRecorder:
 
 @dataclass
 class _StoredState:
-    """Stored state, or None if it was freed."""
+    """State that a time integration has stored; its arrays are None once they have been freed."""
 
     x: Floats | None
 
@@ -438,7 +438,7 @@ def build_solid_dynamics(
     }
     meets = [energy for energy in internal if isinstance(energy, DynamicPatternEnergy)]
     internal = [energy for energy in internal if not isinstance(energy, DynamicPatternEnergy)]
-    acting = numbered("load", [energy for _, energy in loads])
+    acting = number_energies("load", [energy for _, energy in loads])
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, acting | contacts),
         mass,

@@ -24,10 +24,10 @@ SOFTER = 0.01  # of the stiffness of a body: a smaller difference causes no warn
 
 
 def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
-    """Return the largest fraction of the mesh's stiffness that the body may lack.
+    """Return the largest fraction by which the body may be softer than its mesh.
 
-    The stiffness is the energy in displacements u (n, 3), m. The mesh is too stiff by this fraction if moduli vary
-    within its cells.
+    A mesh is too stiff if moduli vary within its cells. Stiffness is measured by the energy of the displacements
+    u (n, 3), m.
     """
     lost = total = 0.0
     for own in parts:

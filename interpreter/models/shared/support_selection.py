@@ -132,10 +132,10 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True)
 class _MeshEntities:
-    """Cells, facets or edges of a mesh, for measuring selections.
+    """Cells, facets or edges of a mesh, for measuring which part of them a condition selects.
 
-    `nodes` (m, k) are the nodes of each, `sizes` (m,) their volumes, areas or lengths, and `simplices` (m, s, c)
-    the simplices that each is split into. `members` is a function that returns which of them belong to a named
+    `nodes` (m, k) are the nodes of each entity, `sizes` (m,) the volume, area or length, and `simplices` (m, s,
+    c) the simplices into which it is split. The function `members` returns a mask of the entities in a named
     group.
     """
 

@@ -134,10 +134,10 @@ def _safe_inverse(a: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class CellRule:
-    """Quadrature points of every cell: local points `xi` (m, q, 3) and volumes `w` (m, q), m^3.
+    """Quadrature points of every cell: local coordinates `xi` (m, q, 3) and volumes `w` (m, q), m^3.
 
-    Cells with fewer than q points are padded with points of zero volume at their centre. `special` (m,) marks cells
-    whose points are not those of their element.
+    Cells with fewer than q points are padded with points of zero volume at their centre. `special` (m,) marks
+    cells that have other points than the quadrature of their element.
     """
 
     xi: Floats
@@ -169,11 +169,11 @@ class CellRule:
 class CellQuadrature:
     """Quadrature of the varying constants of a material over the cells of a mesh, with its errors.
 
-    `rule` has the points of cells that need other points than those of their element; it is None if no cell does.
-    `own` is the quadrature of the element. `missed` (m,) is the error of the integrals over each cell, relative to
-    `total` (kept,), the integrals over all cells. `unseen` (m,) is the part of that error that may be hidden
-    between points, by bounds of the constants. `means` (g, m) are cell means of the functions; `least` and
-    `largest` (g, m) are their extremes at points. `fine` is the adaptive rule of all cells.
+    `rule` has the quadrature points if some cells need other points than the quadrature of their element, `own`;
+    otherwise it is None. `missed` (m,) is the error of the integrals over each cell, relative to `total` (kept,),
+    the integrals over all cells. `unseen` (m,) is the part of that error that may be hidden between points, by
+    bounds of the constants. `means` (g, m) are cell means of the functions; `least` and `largest` (g, m) are
+    their extremes at points. `fine` is the adaptive rule of all cells.
     """
 
     rule: CellRule | None
@@ -212,10 +212,8 @@ def choose_quadrature(mesh: Mesh, functions: FunctionsOfConstants, own: Rule, ma
     """Return quadrature points with values of constants that vary within the cells of a mesh.
 
     `own` is the quadrature of the element, kept in cells where it is accurate enough. `mass` states whether the
-    integrand
-    is that of the mass matrix instead of the stiffness. The result contains the integration errors, and is cached in
-    the mesh. Raises the errors of
-    evaluating a constant.
+    integrand is that of the mass matrix instead of the stiffness. The result contains the integration errors, and is
+    cached in the mesh. Raises the errors of evaluating a constant.
     """
     key = key_of(functions, own, mass)
     if key not in mesh.selections:

@@ -1,4 +1,4 @@
-"""Limits of viscoelastic materials in models that support them: analyses, options and laws."""
+"""Checks of viscoelastic bodies: invalid Prony series, and analyses, options and laws that exclude relaxation."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.energies.energy import Floats
 
-TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
-TOGETHER = 1e-9  # rounding of the sum of relaxing fractions, which may not exceed one
-FALLS = 1e-3  # of the dissipated energy: a smaller decrease causes no warning
-ROUNDED = 1e-7  # of the work: error of the dissipated energy due to the solver tolerance
-COARSE = 0.5  # of a relaxation time: longer time steps do not resolve it
+ANALYSIS_EXAMPLE = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
+SUM_TOLERANCE = 1e-9  # rounding of the sum of relaxing fractions, which may not exceed one
+DECREASE_TOLERANCE = 1e-3  # of the dissipated energy: a smaller decrease causes no warning
+SOLVER_TOLERANCE = 1e-7  # of the work: error of the dissipated energy due to the solver tolerance
+LARGEST_STEP = 0.5  # of a relaxation time: longer time steps do not resolve it
 
 
 def check_material(case: Case) -> Iterator[Diagnostic]:
-    """Yield the error of an invalid Prony series."""
-    bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscoelastic)]
+    """Yield the error about an invalid Prony series of a case."""
+    bad = [_prony_series_problem(material) for material in case.materials if isinstance(material, Viscoelastic)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
                                                            f"invalid: {problem[0]}",
@@ -34,18 +34,18 @@ def check_material(case: Case) -> Iterator[Diagnostic]:
 
 
 def check_model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if a model or its analysis excludes viscoelastic bodies, and a warning about long time steps."""
+    """Yield errors if a model or its analysis excludes a viscoelastic body, and a warning about long time steps."""
     if not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
                                                 "analysis over time", "needs an analysis over time",
-                         f"write {TIMED}, or use only the elastic law")  # fmt: skip
+                         f"write {ANALYSIS_EXAMPLE}, or use only the elastic law")  # fmt: skip
     else:
-        yield from _incompatible_options(declared, case)
+        yield from _incompatible_option_errors(declared, case)
         yield from (_check_solid if declared.thing.mesh_key() is not None else _check_beam)(declared, case)
         yield from _time_step_warnings(case)
 
 
-def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
+def _prony_series_problem(material: Viscoelastic) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a Prony series; None if the series is valid."""
     g, tau = material.g.values, material.tau.values
     if isinstance(material.law, Viscoelastic):
@@ -54,14 +54,14 @@ def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
         shares, times = (f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((len(g), "share"), (len(tau), "time")))
         return (f"it has {shares} and {times}", "numbers differ",
                 "write as many of each: `g = [0.3, 0.2], tau = [1, 10] s`")  # fmt: skip
-    if sum(g) > 1.0 + TOGETHER:
+    if sum(g) > 1.0 + SUM_TOLERANCE:
         return f"the sum of its shares is {sum(g):.3g}", "greater than 1", "write shares whose sum is at most 1"
     return None
 
 
-def _incompatible_options(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options of the model and for supports that exclude viscoelastic materials."""
-    yield from VISCOELASTIC_OPTIONS.errors(declared, case)
+def _incompatible_option_errors(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Yield errors for options of the model and for rotating supports, which viscoelastic bodies do not support."""
+    yield from VISCOELASTIC_OPTIONS.excluded_value_errors(declared, case)
     if support := next((s for s in case.supports if s.thing.rotates), None):
         yield diagnostic(
             "E362",
@@ -83,7 +83,7 @@ def _material_owner(declared: Declared, case: Case) -> tuple[Location, str]:
 
 
 def _check_beam(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for a viscoelastic beam."""
+    """Yield an error if the constants of a viscoelastic beam vary in space."""
     if not case.uniform:
         at, named = _material_owner(declared, case)
         yield diagnostic("E362", at, f"`{named}` is viscoelastic with varying constants",
@@ -91,7 +91,7 @@ def _check_beam(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_solid(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for a viscoelastic solid."""
+    """Yield errors for a viscoelastic solid in plane stress, with varying constants, or with an unsuitable law."""
     if case.planar == "plane_stress":
         yield diagnostic(
             "E362",
@@ -117,7 +117,10 @@ def _check_solid(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_law(declared: Declared, case: Case, material: Viscoelastic) -> Iterator[Diagnostic]:
-    """Yield errors if the material law has no part that can relax, or is used in an unsuitable strain measure."""
+    """Yield an error if a viscoelastic law cannot be used with the formulation or the strain measure of a model.
+
+    Mixed formulations exclude a relaxing pressure. Finite strain needs a law with a separate deviatoric stress.
+    """
     from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 
     model = declared.thing
@@ -141,10 +144,10 @@ def _check_law(declared: Declared, case: Case, material: Viscoelastic) -> Iterat
 
 
 def _time_step_warnings(case: Case) -> Iterator[Diagnostic]:
-    """Yield a warning if a time step is longer than the shortest relaxation time that it should resolve."""
+    """Yield a warning if the time step is too long to resolve the shortest relaxation time of the body."""
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
-    fast = [tau for tau in times if analysis.step > COARSE * tau]
+    fast = [tau for tau in times if analysis.step > LARGEST_STEP * tau]
     if fast and (case.loads or any(support.thing.amplitude is not None for support in case.supports)):
         shown = units.format_value(float(f"{min(fast):.4g}"), units.TIME)
         yield diagnostic(
@@ -157,9 +160,10 @@ def _time_step_warnings(case: Case) -> Iterator[Diagnostic]:
 
 
 def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
-    """Yield a warning if the dissipated energy `lost` (t,), J, is unknown or decreases in time.
+    """Yield a warning if the dissipated energy of a viscoelastic model is not known, or decreases in time.
 
-    `work`, J, is the scale of the energies in the motion.
+    `lost` (t,), J, is the dissipated energy at each time, and `unknown` states that the model cannot compute it.
+    `work`, J, is the scale of the energies, from which the tolerance is taken.
     """
     from softmark.solvers.energies.viscoelastic_memory import largest_decrease
 
@@ -170,7 +174,7 @@ def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown:
                                                         "law, for rubber with `of = shape`")  # fmt: skip
         return
     fall, most = largest_decrease(lost), float(abs(lost).max())
-    if fall <= FALLS * most + ROUNDED * work:
+    if fall <= DECREASE_TOLERANCE * most + SOLVER_TOLERANCE * work:
         return
     yield diagnostic(
         "W368",

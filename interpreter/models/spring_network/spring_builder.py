@@ -260,7 +260,11 @@ def statics_of(
 def _fit_stiffness(built: PreparedSprings, case: Case, workshop: BuildContext) -> PreparedSprings:
     """Return the network with its stiffness multiplied by the fitted factor. Raises Fault."""
     if workshop.scene is None:
-        raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene for its calibration")
+        raise fault(
+            "E521",
+            built.declared.at("stiffness"),
+            f"`{built.declared.name}` was built without a scene, which its calibration needs",
+        )
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
     trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
     fit = minimize_error(lambda factor: _metric_at_factor(factor, built, trial, target))

@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import solver_options
 from softmark.interpreter.models.fem.fem_declaration import Fem
-from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, supported
+from softmark.interpreter.models.shared.capabilities import PERTURBED_STARTS, supported_features
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
@@ -81,7 +81,7 @@ class MassSpring(Model):
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
-    capabilities = supported(PERTURBED_STARTS)
+    capabilities = supported_features(PERTURBED_STARTS)
     resolution_fields = ("size",)
 
     stiffness: Annotated[
@@ -116,7 +116,7 @@ class MassSpring(Model):
     def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about this network in a case."""
         found = [
-            *self.refusals(declared, case),
+            *self.unsupported_feature_errors(declared, case),
             self.solid.one_mesh(declared, case),
             *solver_options.unused_size(self.solid, declared, case),
             self._poisson_ratio_warning(declared, case),

@@ -67,7 +67,7 @@ class FitTarget:
 
     @property
     def name(self) -> str:
-        """Name of the metric."""
+        """Name of the metric that the calibration makes as small as possible."""
         return self.metric.name
 
     @property

@@ -113,7 +113,7 @@ def _divide_into_four(tri: Floats) -> Floats:
 
 
 def _cut_off_corner(looked: BorderBounds, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
-    """Return the corner that border b cuts off each triangle in `some`, and a mask of the triangles it cuts only so."""
+    """Return which corner border b cuts off each triangle in `some`, and a mask of the triangles without other cuts."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= slack, 0.0, v)
     low, high = (side[:, some] for side in looked.slopes[b])

@@ -46,7 +46,7 @@ class Piece:
     moved: Callable[[float], Point]
 
     def within(self, *held: Condition) -> Piece:
-        """Return the part of the piece where the given conditions hold."""
+        """Return the part of the piece on which the given conditions hold."""
         return Piece(lambda asked, extent: self.measure(reduce(_both_hold, held, asked), extent), self.moved)
 
     def reversed_piece(self) -> Piece:
@@ -79,7 +79,10 @@ def volume(shape: Shape) -> float | None:
 
 @lru_cache(maxsize=64)
 def _measure_surface(shape: Shape, condition: Condition) -> Measured | None:
-    """Return the measures of the selected part of the whole surface, computed once; None for mesh files."""
+    """Return the area, m^2, and normal integral of the selected part of the whole surface; None for mesh files.
+
+    It is computed once.
+    """
     if (found := pieces(shape)) is None:
         return None
     return _add_up([piece.measure(condition, shape.diagonal) for piece in found])
@@ -178,7 +181,7 @@ def _add_up(found: list[Measured]) -> Measured:
 
 
 def _flat_piece(corners: Floats, *held: Condition) -> Piece:
-    """Return a piece of coplanar flat facets (f, k, 3), m, restricted to conditions that hold."""
+    """Return the surface piece of coplanar flat facets (f, k, 3), m, restricted to where all conditions `held` hold."""
     normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
     normal /= np.linalg.norm(normal)
 

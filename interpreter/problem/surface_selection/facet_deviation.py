@@ -64,9 +64,10 @@ def _edge_angles(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
 
 
 def settle_within_deviation(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> ConditionOnPatches:
-    """Return the condition in which borders that cut facets only within their deviation are decided by the nodes.
+    """Return the condition with additional borders settled: those that cut a facet only within its deviation.
 
-    `f` are the numbers of the facets, `deviation` (f,) their deviations, m.
+    Their side is decided by the nodes of the facet. `f` are the numbers of the facets, and `deviation` (f,), m,
+    their distances from the smooth surface.
     """
     some = f[deviation[f] > 0.0]
     mask, values = asked.settled.copy(), asked.settling.copy()

@@ -1,4 +1,4 @@
-"""Geometry of facets, as wholes and in small local triangles, and conditions on them."""
+"""Geometry of facets and of small triangles in them, and evaluation of conditions on both."""
 
 from __future__ import annotations
 
@@ -32,9 +32,10 @@ STRAIGHT = 1e-10  # relative tolerance of parallel sides
 
 @dataclass(frozen=True)
 class Patches:
-    """Facets with nodes `corners` (f, k, 3), m, of a body with the given extent, m.
+    """Facets of a body by the positions of their nodes, `corners` (f, k, 3), m.
 
-    The map `out` moves points of facets onto the surface of the body.
+    `extent`, m, is the size of the body. The function `out` moves points of the facets onto the exact surface of
+    the body.
     """
 
     corners: Floats
@@ -48,29 +49,32 @@ class Patches:
 
     @property
     def facet(self) -> type[Facet]:
-        """Facet type."""
+        """Class of the facets in solvers/elements/boundary_facets.py."""
         return FACETS[self.nodes]
 
     def at(self, f: Ints, xi: Floats) -> Floats:
-        """Return the points (n, q, 3), m, at local points xi (n, q, 2) of facets f (n,)."""
+        """Return the positions (n, q, 3), m, of points with local coordinates xi (n, q, 2) in the facets f (n,)."""
         N = self.facet.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
         X: Floats = N @ self.corners[f]
         return X
 
     def area(self, f: Ints, xi: Floats) -> Floats:
-        """Return area vectors (n, 3) of facets f at local points xi (n, 2), m^2 per unit of local area."""
+        """Return area vectors (n, 3), m^2 per unit of local area, at local points xi (n, 2) of the facets f (n,)."""
         tangents = self.facet.gradient(xi).swapaxes(1, 2) @ self.corners[f]  # (n, 2, 3)
         found: Floats = np.cross(tangents[:, 0], tangents[:, 1])
         return found
 
     def seen(self, X: Floats) -> tuple[Any, Any, Any]:
-        """Return the coordinates x, y, z at which conditions are evaluated for points X (..., 3), m, of facets."""
+        """Return the coordinates x, y, z of facet points X (..., 3), m, moved onto the exact surface by `out`.
+
+        Conditions are evaluated at these coordinates.
+        """
         place = (X[..., 0], X[..., 1], X[..., 2])
         return place if self.out is None else self.out(place)
 
     @cached_property
     def triangles(self) -> tuple[Ints, Floats]:
-        """Return the local triangles (n, 3, 2) that the facets consist of, and the numbers of their facets (n,)."""
+        """Return triangles that cover all facets: the facet number (n,) and the local coordinates (n, 3, 2) of each."""
         each = np.array(self.facet.rim)[np.array(self.facet.halves)]
         f = np.repeat(np.arange(len(self.corners)), len(each))
         return f, np.tile(each, (len(self.corners), 1, 1))
@@ -88,9 +92,10 @@ class Patches:
         return found
 
     def bounds(self, f: Ints, tri: Floats) -> tuple[Bounds, Bounds, Bounds]:
-        """Return bounds of x, y, z, m, and of their slopes along the sides 01, 12 and 20, over triangles (n, 3, 2).
+        """Return bounds of x, y and z, m, over triangles `tri` (n, 3, 2) in facets f (n,), with bounds of their slopes.
 
-        A triangle is a Bezier patch: it lies within the convex hull of its control points, and so do its slopes.
+        The slopes are derivatives along the sides 01, 12 and 20. A triangle is a Bezier patch: it lies within the
+        convex hull of its control points, and so do its slopes.
         """
         lattice, control, steps = _bezier(self.facet.bend)
         hull = np.einsum("ck,nki->cni", control, self.at(f, np.einsum("kj,njl->nkl", lattice, tri)))
@@ -123,10 +128,11 @@ def _increment_exponent(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class ConditionOnPatches:
-    """Condition on the facets of patches; some of its borders are settled: they do not cut a facet.
+    """Condition on facets, with the inequalities of the condition that are already decided on a facet.
 
-    `settled` (f, b) is a mask of the settled borders b of each facet f. Their levels on the facets are `settling` (f,
-    b).
+    A border is the surface on which one inequality of the condition becomes an equality; its level is the
+    difference of both sides. A border is settled on a facet that it does not cut: its level there has one sign.
+    `settled` (f, b) marks settled borders b of each facet f, and `settling` (f, b) has their levels there.
     """
 
     condition: Condition
@@ -136,15 +142,15 @@ class ConditionOnPatches:
 
     @staticmethod
     def of(condition: Condition, patches: Patches) -> ConditionOnPatches:
-        """Return a condition on patches in which no border is settled."""
+        """Return a condition on facets with no border settled yet."""
         size = (len(patches.corners), len(condition.borders))
         return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
 
     def settle_constant_borders(self, f: Ints) -> ConditionOnPatches:
-        """Return the condition in which borders are also settled that have the same level at all points of a facet.
+        """Return a copy in which borders are also settled on those facets f (n,) over which their level is constant.
 
-        Only facets f (n,) are tested. Such borders run along a curved surface, as a distance from the axis does on a
-        cylinder's side.
+        Such a border runs along a curved surface, for example a limit of the distance from the axis on a cylinder's
+        side.
         """
         xi = moment_fitted_quadrature.point_positions(self.patches.nodes)
         X = self.patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
@@ -158,7 +164,7 @@ class ConditionOnPatches:
 
     @cached_property
     def slack(self) -> Floats:
-        """Levels (b,) up to which a point counts as on the border."""
+        """Tolerances (b,) of the levels: a point with a smaller level counts as on the border."""
         return np.array([RELATIVE_TOLERANCE * self.patches.extent**b.power for b in self.condition.borders])
 
     def level(self, b: int, X: Floats) -> Floats:
@@ -169,7 +175,7 @@ class ConditionOnPatches:
         return found
 
     def holds(self, f: Ints, X: Floats) -> Mask:
-        """Return a mask of the facets f (n,) at whose point X (n, 3), m, the condition holds."""
+        """Return a mask (n,): whether the condition holds at the point X (n, 3), m, of each facet f (n,)."""
         levels = [
             np.where(self.settled[f, b], self.settling[f, b], self.level(b, X))
             for b in range(len(self.condition.borders))
@@ -179,7 +185,7 @@ class ConditionOnPatches:
 
     @cached_property
     def repeated_border_mask(self) -> Mask:
-        """Mask of borders (b,) that repeat an earlier one on these facets and need no further cuts."""
+        """Mask of borders (b,) that coincide with an earlier border on these facets and need no further cuts."""
         found = np.zeros(len(self.condition.borders), dtype=np.bool_)
         if len(found) < 2 or not len(self.patches.corners):
             return found
@@ -202,7 +208,7 @@ class ConditionOnPatches:
         return np.unique(f[self.look(f, tri).crossed.any(axis=0)])
 
     def look(self, f: Ints, tri: Floats) -> BorderBounds:
-        """Return the levels and bounds of every border over triangles (n, 3, 2) of facets f (n,)."""
+        """Return the levels and the bounds of all borders over triangles `tri` (n, 3, 2) in facets f (n,)."""
         place, X = self.patches.bounds(f, tri), self.patches.at(f, tri)
         values, slopes, crossed = [], [], []
         for b, border in enumerate(self.condition.borders):
@@ -219,7 +225,7 @@ class ConditionOnPatches:
 
 @dataclass(frozen=True)
 class BorderBounds:
-    """Bounds of the borders of a condition over n triangles.
+    """Levels of the borders of a condition over n triangles, with bounds of their slopes.
 
     For each border, `values` has the levels at the corners (n, 3), and `slopes` the lower and upper bounds of the
     slopes along the sides (3, n). `crossed` (b, n) is a mask of the borders that may cross a triangle.
@@ -231,7 +237,7 @@ class BorderBounds:
 
 
 def bounds_over_triangles(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return bounds over triangles from values v at their corners (n, 3) and slopes D along their sides (3, n)."""
+    """Return lower and upper bounds (n,) over triangles, from corner values v (n, 3) and side slopes D (3, n)."""
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):
         onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])

@@ -20,7 +20,11 @@ Pair = tuple[Floats, Floats]  # low and high
 
 
 class Bounds(Enclosure):
-    """Values from `low` to `high` (n,), with slopes in d directions from `steep[0]` to `steep[1]` (d, n)."""
+    """Lower and upper bounds of a quantity and of its derivatives.
+
+    The quantity lies between `low` and `high` (n,), its derivatives in d directions between `steep[0]` and
+    `steep[1]` (d, n).
+    """
 
     low: Any
     high: Any
@@ -77,7 +81,7 @@ class Bounds(Enclosure):
         return Bounds.of(other, self) * self._inverse()
 
     def _inverse(self) -> Bounds:
-        """Return 1 / self."""
+        """Return bounds of the inverse of the bounded quantity."""
         with np.errstate(all="ignore"):
             through = (self.low <= 0.0) & (self.high >= 0.0)
             low, high = (np.where(through, e, 1.0 / v) for e, v in ((-np.inf, self.high), (np.inf, self.low)))
@@ -92,14 +96,14 @@ class Bounds(Enclosure):
         return self._apply_chain_rule(_power(a, n), (n * lower[0], n * lower[1]))
 
     def root(self) -> Bounds:
-        """Return the square root; zero for negative values."""
+        """Return bounds of the square root of the bounded quantity; negative values count as zero."""
         low, high = np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0))
         with np.errstate(divide="ignore"):
             slope = np.where(self.low > 0.0, 0.5 / high, 0.0), 0.5 / low
         return self._apply_chain_rule((low, high), slope)
 
     def magnitude(self) -> Bounds:
-        """Return the absolute value."""
+        """Return bounds of the absolute value of the bounded quantity."""
         ends = np.abs(self.low), np.abs(self.high)
         low = np.where((self.low < 0.0) & (self.high > 0.0), 0.0, np.minimum(*ends))
         slope = np.where(self.low < 0.0, -1.0, 1.0), np.where(self.high > 0.0, 1.0, -1.0)

@@ -189,9 +189,9 @@ def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurf
 
 
 def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
-    """Return a mask of the settled borders of each facet of a mesh (f, b), and their levels there (f, b).
+    """Return which borders do not cut each facet of a mesh, as a mask (f, b), and their levels there (f, b).
 
-    A border is settled on a facet that it does not cut.
+    See `ConditionOnPatches`.
     """
     asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.sides:
@@ -204,7 +204,7 @@ def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mas
 
 
 def _decide_borders_on_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
-    """Settle borders that coincide with a curved side on the flat facets next to that side.
+    """Mark borders that coincide with a curved side as not cutting the flat facets next to that side.
 
     The part of such a facet beyond the side is a sliver between an arc and its chord, and not part of the body.
     """
@@ -224,7 +224,7 @@ def _decide_borders_on_sides(shape: Shape, condition: Condition, asked: Conditio
 
 
 def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
-    """Yield masks of flat facets, and of the facets of each curved side, with the projection onto that side."""
+    """Yield a mask of the flat facets, and of the facets of each curved side with the projection onto that side."""
     flat = np.ones(len(corners), dtype=np.bool_)
     for side in shape.sides:
         own = flat & side.of(corners)

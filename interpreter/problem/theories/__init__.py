@@ -1,6 +1,6 @@
-"""Theories that references solve: a class for each kind of problem, which makes the problem of a case.
+"""Theories that references solve: a setup class for each kind of problem, which makes the problem from a case.
 
-    theory_setup            base class TheorySetup: admitted cases, problem, forces, stress, warning, facts
+    theory_setup            base class TheorySetup: checks of the case, problem, forces, stress, warning, facts
     *_theory_setup          its classes
     reference_solution      problem and solution of a reference of a scene
 
@@ -37,8 +37,9 @@ THEORIES = {
 
 
 def theory_setup_of(reference: Declared) -> TheorySetup:
-    """Return the setup of the theory of a reference; for measured and refined references one that gives no results.
+    """Return the setup object for the theory of a reference.
 
+    A reference that is not solved by a theory, but measured or refined, gets the base class, which gives no results.
     Raises Fault if a plugin's reference names an unknown kind of problem.
     """
     if reference.thing.how != "solved":

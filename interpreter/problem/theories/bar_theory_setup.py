@@ -1,4 +1,4 @@
-"""Setup of the theory of an axially loaded bar whose material constants vary along it."""
+"""Setup of the theory of an axially loaded bar whose material constants vary along the bar."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`
 
 
 class BarSetup(TheorySetup):
-    """Bar under axial load, whose constants may vary along it."""
+    """Makes the problem of a bar under axial load, whose material constants may vary along the bar."""
 
     def problem_from(self, reference: Declared, case: Case) -> PulledBar:
         shape = case.shape
@@ -53,7 +53,7 @@ class BarSetup(TheorySetup):
 
 
 def _held_end(case: Case) -> int:
-    """Return the end that is held along the axis; 0 is the root. Raises NotApplicable."""
+    """Return the number of the end that is held along the axis: 0 the root, 1 the tip. Raises NotApplicable."""
     shape, found = case.prism, set()
     for support in case.supports:
         thing = support.thing
@@ -71,33 +71,36 @@ def _held_end(case: Case) -> int:
 
 
 def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
-    """Return the traction on the free end, Pa, and the acceleration, m/s^2, along the axis. Raises NotApplicable."""
+    """Return the axial traction on the free end, Pa, and the axial acceleration of gravity, m/s^2.
+
+    `free` is the number of the free end. Raises NotApplicable for other loads and for lateral components.
+    """
     force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:
             case SurfaceTraction(where=where, traction=traction):
                 if single_selected_end(where, case.prism) != free:
                     raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole free end", REMEDY)
-                force += _component(load, traction, axis)
+                force += _axial_component(load, traction, axis)
             case BodyForce(acceleration=g):
-                pull += _component(load, g, axis)
+                pull += _axial_component(load, g, axis)
             case _:
                 raise NotApplicable(f"the load `{load.name}` is neither a traction nor gravity", REMEDY)
     return force, pull
 
 
-def _component(load: Declared, vector: Any, axis: Any) -> float:
-    """Return the axial component of a vector. Raises NotApplicable if it has a lateral component."""
+def _axial_component(load: Declared, vector: Any, axis: Any) -> float:
+    """Return the component of a load's vector along the axis. Raises NotApplicable if it has a lateral component."""
     if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
         raise NotApplicable(f"the load `{load.name}` does not act along the axis", REMEDY)
     return float(dot(vector, axis))
 
 
 def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
-    """Return a material constant as a function of the distance from the held end, m.
+    """Return a material constant as a function of the distance from the held end, m: arrays (n,) to arrays (n,).
 
-    Files are read only once, when the reference is solved. Raises NotApplicable if the constant varies over a
-    cross-section.
+    Files with values are read only when the function is first called. Raises NotApplicable if the constant varies
+    over a cross-section.
     """
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)
@@ -108,7 +111,7 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
 
     @cache
     def read() -> Any:
-        """Return a function that reads the file of the constant. Raises NotApplicable."""
+        """Return the function that reads a file of field values, after checking each section. Raises NotApplicable."""
         from softmark.interpreter.problem.field_files import read_field
 
         for along, across in _section_sample_points(case.prism, root, axis):
@@ -127,7 +130,7 @@ def _axis_points(s: Floats, root: Any, axis: Any) -> Any:
 
 
 def _section_sample_points(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
-    """Yield points of the axis, m, each with other points of the same cross-section, m."""
+    """Yield points along the axis, m, each with a list of other points of its cross-section, m."""
     _, first, second = shape.frame(0.0)
     for i in range(STATIONS):
         middle = add_multiples(root, (shape.length * i / (STATIONS - 1), axis))
@@ -135,9 +138,9 @@ def _section_sample_points(shape: Any, root: Any, axis: Any) -> Iterator[tuple[A
 
 
 def _require_uniform_over_section(constant: Profile, own: float, others: list[float]) -> None:
-    """Check that a constant is uniform across a cross-section. Raises NotApplicable.
+    """Raise NotApplicable if a constant varies over a cross-section.
 
-    `own` is its value on the axis, `others` are values at other points of the cross-section.
+    `own` is its value on the axis, and `others` are its values at other points of the section.
     """
     if not all(abs(other - own) <= SAME * abs(own) for other in others):
         raise NotApplicable(

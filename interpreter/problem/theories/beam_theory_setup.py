@@ -1,4 +1,4 @@
-"""Setup of beam theories: the straight cantilever of a case."""
+"""Setup of beam theories: makes the straight cantilever of a case."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from softmark.solvers.mesh.tubes import Tube
 
 
 class CantileverSetup(TheorySetup):
-    """Clamped straight beam under its own weight."""
+    """Makes the problem of a straight beam with one clamped end that bends under its own weight."""
 
     admits_motion = True
 
@@ -38,14 +38,14 @@ class CantileverSetup(TheorySetup):
                           "add a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
         root, axis = clamped_end(case)
         young = reference.thing.own_young or case.material.young
-        return Cantilever(shape.length, _section(case), young, case.material.poisson,
+        return Cantilever(shape.length, _declared_cross_section(case), young, case.material.poisson,
                           case.material.density, root, axis, case.gravity)  # fmt: skip
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:
-    """Return the centre of the clamped end, m, and the unit vector along the axis away from it.
+    """Return the centre of the clamped end, m, and the unit vector along the axis from it to the free end.
 
-    Raises NotApplicable unless one end is clamped and nothing else is held.
+    Raises NotApplicable unless supports clamp exactly one end and hold nothing else.
     """
     shape = case.prism
     clamped = []
@@ -65,10 +65,10 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
     return end_frame(shape, clamped[0])
 
 
-def _section(case: Case) -> Disc | Ring | Rectangle:
-    """Return the cross-section as declared in the scene: from a radius, or from the extents of a box.
+def _declared_cross_section(case: Case) -> Disc | Ring | Rectangle:
+    """Return the cross-section by the radii of the scene, or by the side lengths of its box.
 
-    It is independent of the section that models compute with, so that a mistake there shows as a difference.
+    Models compute their sections elsewhere, so that a mistake in their sections shows as a difference from the theory.
     """
     shape = case.shape
     if isinstance(shape, Cylinder):

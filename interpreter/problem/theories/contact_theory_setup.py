@@ -1,4 +1,4 @@
-"""Setup of contact theories: the rigid body, the face that it presses, and the forces of the theory."""
+"""Setup of contact theories: the rigid body, the face of the body that it touches, and the forces of the theory."""
 
 from __future__ import annotations
 
@@ -43,9 +43,10 @@ NEGLECTED = {
 
 @dataclass(frozen=True)
 class Face:
-    """Flat face of a body: the face normal to x, y or z (`way`) of a box, or the end of a cylinder.
+    """Flat face of a body: the face normal to x, y or z of a box, or an end of a cylinder.
 
-    `end` 0 is the low face, or the root of a cylinder.
+    `way` is the direction of the normal: 0, 1 or 2 for x, y or z. `end` is 0 for the low face or the root of a
+    cylinder, 1 for the opposite face.
     """
 
     body: BoxBody | CylinderBody
@@ -69,40 +70,40 @@ class Face:
 
     @property
     def area(self) -> float:
-        """Area of the face, m^2; for a body of revolution that of the full face around the axis."""
+        """Area of the face, m^2; for a body of revolution the area of the full circle or ring."""
         return self.body.area(self.way)
 
     @property
     def has_half_section_body(self) -> bool:
-        """True if the body is the half section of a body of revolution."""
+        """True if the body is modelled by half of its section, as a body of revolution is."""
         return isinstance(self.body, BoxBody) and self.body.turns
 
     @property
     def across(self) -> tuple[int, ...]:
-        """Directions x, y and z (0 to 2) along the face in which its points may move."""
+        """Directions along the face, as numbers 0 to 2 of x, y and z, in which its points may move."""
         if isinstance(self.body, CylinderBody):
             return tuple(c for c in range(3) if abs(self.body.shape.axis[c]) < 0.5)
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
 
     def selected_ends(self, where: Any) -> set[int]:
-        """Return which of the face and its opposite face a condition selects exactly, by their `end` numbers."""
+        """Return the `end` numbers of those of this face and its opposite face that a condition selects exactly."""
         return self.body.selected_faces(where, self.way)
 
-    def over(self, low: Vector, high: Vector) -> bool:
-        """Return whether the box between corners `low` and `high`, m, lies over a part of the face."""
+    def is_overlapped_by_box(self, low: Vector, high: Vector) -> bool:
+        """Return whether a box, seen along the normal, overlaps the face. `low` and `high` are its corners, m."""
         own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
     def contains_projection_of(self, point: Vector) -> bool:
-        """Return whether a point, m, lies over the face and not next to it."""
+        """Return whether the projection of a point, m, along the normal lies on the face."""
         low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
         return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
 
     def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-        """Return the distance, m, from a point to the nearest side of the face that is no symmetry plane.
+        """Return the distance, m, from a point to the nearest edge of the face; edges in symmetry planes do not count.
 
-        `mirrors` are the symmetry planes, each as direction and end.
+        `mirrors` are the symmetry planes, each as direction (0 to 2) and end (0 low, 1 high).
         """
         if isinstance(self.body, CylinderBody):
             return self.body.shape.radius - math.dist(at, self.middle)
@@ -118,8 +119,8 @@ class Face:
 # ------------------------------------------------------------------ contact and supports of the scene
 
 
-def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
-    """Return the only contact of a case, and the face below its rigid body. Raises NotApplicable."""
+def contact_and_face(case: Case) -> tuple[RigidBodyContact, Face]:
+    """Return the only contact of a case, and the face that its rigid body approaches. Raises NotApplicable."""
     if case.parts or hasattr(case.material, "passive"):
         raise NotApplicable(
             f"`{case.body.name}` does not consist of one passive material",
@@ -133,15 +134,15 @@ def face_of(case: Case) -> tuple[RigidBodyContact, Face]:
     touch, body = case.contacts[0], box_or_cylinder_body(case)
     ways = (0,) if isinstance(body, CylinderBody) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
     for face in (Face(body, way, end) for way in ways for end in (0, 1)):
-        if _is_above(touch, face):
+        if _is_above_face(touch, face):
             return touch, face
     raise NotApplicable(
         f"`{touch.rigid.name}` is not above a flat face of `{case.body.name}`", "start with a gap above a flat face"
     )
 
 
-def _is_above(touch: RigidBodyContact, face: Face) -> bool:
-    """Return whether a rigid body lies above a face, by its bounds or by its plane."""
+def _is_above_face(touch: RigidBodyContact, face: Face) -> bool:
+    """Return whether the rigid body of a contact lies on the outer side of a face and over it."""
     shape, n = touch.rigid.thing.shape, face.normal
     normal = getattr(shape, "normal", None)
     if normal is not None:  # all behind a plane
@@ -150,13 +151,13 @@ def _is_above(touch: RigidBodyContact, face: Face) -> bool:
         return False
     low, high = shape.bounds
     x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
-    return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
+    return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.is_overlapped_by_box(low, high)
 
 
 def rigid_displacement(touch: RigidBodyContact) -> Vector:
-    """Return the displacement, m, that supports give a rigid body.
+    """Return the displacement, m, that supports prescribe for the rigid body of a contact.
 
-    Raises NotApplicable if the rigid body rotates or loads press it.
+    Raises NotApplicable if the rigid body rotates or is driven by loads.
     """
     if touch.along is not None:
         raise NotApplicable(f"`{touch.rigid.name}` is driven by loads, but the theory needs a given displacement",
@@ -170,9 +171,10 @@ def rigid_displacement(touch: RigidBodyContact) -> Vector:
 
 
 def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
-    """Return whether the opposite face is bonded, and the sides that are symmetry planes. Raises NotApplicable.
+    """Return whether the opposite face is bonded, and the sides of the body that are symmetry planes.
 
-    Supports that only prevent rigid motion, such as points held in a plane through the axis, are ignored.
+    Each side is given by direction (0 to 2) and end (0 low, 1 high). Supports that only prevent rigid motion, such as
+    points held in a plane through the axis, are ignored. Raises NotApplicable.
     """
     held, mirrors = set[int](), set[tuple[int, int]]()
     for support in case.named_supports:
@@ -196,7 +198,10 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
 
 
 def _symmetric_sides(face: Face, thing: DisplacementSupport) -> set[tuple[int, int]] | None:
-    """Return the sides that a support holds only along their normal (symmetry planes); None if it holds other parts."""
+    """Return the sides that a support holds only along their normal, which makes them symmetry planes.
+
+    Each side is given by direction and end. Returns None if the support holds anything else.
+    """
     if len(thing.components) != 1 or isinstance(face.body, CylinderBody):
         on = isinstance(face.body, CylinderBody) and all(
             face.body.selects_axial_plane(thing.where, c) for c in thing.components
@@ -212,9 +217,9 @@ def _symmetric_sides(face: Face, thing: DisplacementSupport) -> set[tuple[int, i
 
 
 def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-    """Return the fraction of the full body that the modelled part is, by symmetry planes.
+    """Return the modelled fraction of the full body: one half for each symmetry plane.
 
-    Raises NotApplicable if a symmetry plane misses the axis of the indenter.
+    `at` is the point below the indenter, m. Raises NotApplicable if a symmetry plane does not contain its axis.
     """
     share, body = 1.0, face.body
     for way, end in mirrors:
@@ -227,9 +232,9 @@ def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, i
 
 
 def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
-    """Return whether a rigid body moves along the face while it indents.
+    """Return whether a rigid body moves along the face while it goes deeper.
 
-    One support may do both, or several with different amplitudes.
+    One oblique support may do both, or several supports with different amplitudes. `n` is the normal of the face.
     """
     for support in touch.moved:
         whole = at_full_size(support.thing).imposed
@@ -247,7 +252,7 @@ def _moves_along_face(case: Case, touch: RigidBodyContact, n: Vector) -> bool:
 
 
 def _depth_and_shift(moving: Sequence[Declared], n: Vector, t: float) -> tuple[float, float]:
-    """Return the indentation depth and the displacement along the face of a rigid body at time t, s, both in m."""
+    """Return the displacement of a rigid body along the normal n, and its size along the face, m, at time t, s."""
     total = NONE
     for support in moving:
         full = at_full_size(support.thing)
@@ -260,8 +265,11 @@ def _depth_and_shift(moving: Sequence[Declared], n: Vector, t: float) -> tuple[f
 
 
 @dataclass(frozen=True)
-class Pressing:
-    """Contact pressure of a theory on a face with outward `normal`, by the distance from the first contact point."""
+class RadialContactPressure:
+    """Contact pressure of a theory on a flat face, as a function of the distance from the first contact point `at`, m.
+
+    `normal` is the outward unit normal of the face.
+    """
 
     theory: Any
     at: Vector
@@ -286,19 +294,19 @@ class Pressing:
 
 
 class ContactSetup(TheorySetup):
-    """Setup of the theories of contact, which estimate the error of their forces."""
+    """Base of the setups for theories of contact, which estimate the error of their forces."""
 
     estimates_force_error = True
 
     def warning(self, solution: Any) -> str | None:
-        """Return why a theory is inaccurate for the body, if it neglects a significant effect, else None."""
+        """Return which neglected effect makes the force of the theory inaccurate, and by how much; else None."""
         most = max(solution.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
         if not abs(most[1]) > SAID:
             return None
         return f"it neglects {NEGLECTED[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
 
     def facts(self, solution: Any) -> Mapping[str, Any]:
-        """Return the facts about a theory's solution for the report."""
+        """Return contact area, contact force, errors of neglected effects and radii of a solution for the report."""
         found: dict[str, Any] = {"off": dict(solution.off), "area_m2": solution.area, "push_N": solution.push}
         for name in ("radius", "stick_radius", "most"):
             if hasattr(solution, name):
@@ -307,24 +315,24 @@ class ContactSetup(TheorySetup):
 
 
 class RigidContactSetup(ContactSetup):
-    """Setup of the theories of contact with one rigid body."""
+    """Base of the setups for theories of contact with one rigid body."""
 
     admits_rigid_contact = True
 
     def modelled_fraction(self, mirrors: set[tuple[int, int]]) -> float:
-        """Return the fraction of the problem's body that the scene models, by its symmetry planes."""
+        """Return the fraction of the theory's body that the scene models; `mirrors` are its symmetry planes."""
         return 1.0
 
     def contact_point(self, face: Face, solution: Any) -> Vector:
-        """Return the point, m, at which the contact force acts."""
+        """Return the point, m, at which the resultant contact force acts."""
         return face.middle
 
     def forces(self, case: Case, solution: Any) -> EquilibriumForces:
-        """Return the contact and support forces of a theory, for the modelled part of the full body.
+        """Return the contact force and the support forces of a theory, for the part of the body that the scene models.
 
-        Supports of symmetry planes have no forces.
+        Forces on symmetry planes are not known and are nan.
         """
-        touch, face = face_of(case)
+        touch, face = contact_and_face(case)
         _, mirrors = bonding_and_mirrors(case, face)
         share = self.modelled_fraction(mirrors)
         n, at = face.normal, self.contact_point(face, solution)
@@ -350,33 +358,42 @@ class RigidContactSetup(ContactSetup):
             moment = add_multiples(own, (1.0, cross(far, carried))) if full else unknown
             found[support.name] = Reaction(carried, moment, far, own)
         work = {load.name: None for load in case.loads}
-        there = Pressing(solution, at, n, case.planar == "plane_strain") if hasattr(solution, "pressure") else None
+        there = (
+            RadialContactPressure(solution, at, n, case.planar == "plane_strain")
+            if hasattr(solution, "pressure")
+            else None
+        )
         touched = Touched(share * solution.area, solution.largest_pressure, solution.gap, field=there)
         return EquilibriumForces(found, work, math.nan, dissipated=share * getattr(solution, "dissipated", 0.0),
                       touches={touch.name: touched}, off=sum(map(abs, solution.off.values())))  # fmt: skip
 
 
 class IndentationSetup(RigidContactSetup):
-    """Indentation of a half-space or a layer by a rigid body."""
+    """Makes the problem of a rigid indenter in a half-space or a layer."""
 
     def problem_from(self, reference: Declared, case: Case) -> Indentation:
-        touch, face = face_of(case)
+        touch, face = contact_and_face(case)
         for load in case.loads:
-            raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")
+            raise NotApplicable(f"the theory does not include the load `{load.name}`", f"use {ONE}")
         n = face.normal
         tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
         shift = rigid_displacement(touch)
         gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
         first = add_multiples(tool.foot, (-gap, n))
         if not face.contains_projection_of(first):
-            raise NotApplicable(f"`{touch.rigid.name}` comes down outside the face", "move it above the face")
+            raise NotApplicable(
+                f"`{touch.rigid.name}` would not touch the face, but move past its edge", "move it above the face"
+            )
         if face.has_half_section_body and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
             raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "move it to the y axis")
         bonded, mirrors = bonding_and_mirrors(case, face)
         depth = -dot(shift, n) - gap
         slid = add_multiples(shift, (-dot(shift, n), n))
         if tool.reach < depth:
-            raise NotApplicable(f"`{touch.rigid.name}` is pressed in deeper than its tip is long", "use a longer one")
+            raise NotApplicable(
+                f"`{touch.rigid.name}` is pressed deeper than the length of its tip",
+                "use a longer tip, or a smaller depth",
+            )
         share = _body_fraction(case, face, first, mirrors)
         if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
             raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole body")

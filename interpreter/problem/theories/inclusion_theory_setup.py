@@ -42,7 +42,8 @@ LARGE = "it assumes small strains and rotations, but they reach {:.3g} %: a body
 PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and no other load"
 
 
-def _hookean(material: LinearElastic, case: Case) -> Hookean:
+def _elastic_constants(material: LinearElastic, case: Case) -> Hookean:
+    """Return the elastic constants of a material; for plane stress, the equivalent ones for plane strain."""
     nu = material.poisson
     return Hookean(material.shear_modulus, nu / (1.0 + nu) if case.planar == "plane_stress" else nu)
 
@@ -63,7 +64,7 @@ def _ring_radii(case: Case) -> tuple[float, float]:
 
 
 def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
-    """Return the radii of inclusion and ball, m, and their common centre, m. Raises NotApplicable."""
+    """Return the radius of the inclusion and that of the ball, m, and their common centre, m. Raises NotApplicable."""
     shape, name = case.shape, case.body.name
     if case.planar == "axisymmetric":
         return *_ring_radii(case), (0.0, 0.0, 0.0)
@@ -77,11 +78,11 @@ def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
         raise NotApplicable(
             f"`{name}` has {len(case.parts) or 'no'} regions of other materials", "declare exactly one inclusion"
         )
-    return _radius(case.parts[0], shape), shape.radius, shape.origin
+    return _inclusion_radius(case.parts[0], shape), shape.radius, shape.origin
 
 
-def _radius(part: Declared, shape: Sphere) -> float:
-    """Return the radius, m, of an inclusion around the centre. Raises NotApplicable."""
+def _inclusion_radius(part: Declared, shape: Sphere) -> float:
+    """Return the radius, m, of a region that is a sphere around the centre of the ball. Raises NotApplicable."""
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
     if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
@@ -97,11 +98,15 @@ def _radius(part: Declared, shape: Sphere) -> float:
 
 
 def _distance_origin_note(origin: Vector3) -> str:
+    """Return the part of a remedy that states from where distances are measured; empty for a centre at the origin."""
     return ", with distances from its centre" if any(origin) else ""
 
 
 def depends_on_radius(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
-    """Return whether a condition depends only on the distance from the centre, judged by its borders."""
+    """Return whether a condition depends only on the distance from the centre, tested at points of two spheres.
+
+    In two dimensions (`planar`) the points lie in the plane z = 0.
+    """
     ways = PLANE if planar else WAYS
     return not where.groups and all(
         max(levels) - min(levels) <= ROUND * radius**border.power
@@ -112,12 +117,16 @@ def depends_on_radius(where: Condition, centre: Vector3, radius: float, planar: 
 
 
 def _point_at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
+    """Return the point, m, at a distance `radius`, m, from the centre in the direction `way`."""
     x, y, z = (c + radius * w / math.hypot(*way) for c, w in zip(centre, way, strict=True))
     return x, y, z
 
 
 def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
-    """Return whether a condition that depends only on the distance from the centre holds at `radius`, m."""
+    """Return whether a condition on the distance from the centre holds at the distance `radius`, m.
+
+    `extent`, m, is the diagonal of the body, from which tolerances are taken.
+    """
     return bool(where.holds(*_point_at(centre, radius, PLANE[0]), extent))
 
 
@@ -125,7 +134,10 @@ def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: fl
 
 
 def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
-    """Check that the supports are exactly the symmetry planes through the centre. Raises NotApplicable."""
+    """Check that supports hold all given planes through the centre along their normals, and nothing else.
+
+    `planes` are the directions 0 to 2 of their normals; `size`, m, is the scale of tolerances. Raises NotApplicable.
+    """
     found = set()
     for support in case.named_supports:
         normal = support.thing.mirror_plane
@@ -138,13 +150,13 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
                       "use `symmetric(...)` on the planes of a part of a ball or a ring")  # fmt: skip
 
 
-def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
-    """Return the uniform stress applied on the whole outer border, Pa, along x, y and z. Raises NotApplicable."""
+def _applied_stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
+    """Return the normal stresses, Pa, along x, y and z that loads apply on the outer border. Raises NotApplicable."""
     total = [0.0, 0.0, 0.0]
     for load in case.loads:
         action = load.thing.action
         if not isinstance(action, RemoteStress | PressureLoad):
-            raise NotApplicable(f"the load `{load.name}` acts as well", f"use {PULLS}")
+            raise NotApplicable(f"the theory does not include the load `{load.name}`", f"use {PULLS}")
         if not _covers_border(action.where, case, inner, outer, centre):
             raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole outer border",
                           "select it by the distance from the centre: `where = x^2 + y^2 + z^2 >= b^2`"
@@ -152,12 +164,12 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:
-        raise NotApplicable("it has no load", f"use {PULLS}")
+        raise NotApplicable("no load acts on the body", f"use {PULLS}")
     return total[0], total[1], total[2]
 
 
 def _covers_border(where: Condition, case: Case, inner: float, outer: float, centre: Vector3) -> bool:
-    """Return whether a condition holds on the whole outer border, and not in the hole."""
+    """Return whether a condition holds on the whole outer border, and not on the border of a hole."""
     extent, hollow = case.shape.diagonal, not case.parts
     return (
         depends_on_radius(where, centre, outer, bool(case.planar))
@@ -167,7 +179,7 @@ def _covers_border(where: Condition, case: Case, inner: float, outer: float, cen
 
 
 def _stress_of_load(load: Declared, case: Case) -> Vector3:
-    """Return the uniform stress that a load applies, Pa, along x, y and z. Raises NotApplicable."""
+    """Return the normal stresses, Pa, along x, y and z that one load applies. Raises NotApplicable."""
     action = load.thing.action
     if isinstance(action, PressureLoad):
         p = -action.pressure
@@ -186,7 +198,7 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
 
 @dataclass(frozen=True)
 class InclusionStress(AnalyticField):
-    """Exact stress field of the theory, for metrics; it has no cells."""
+    """Exact stress field of the theory around an inclusion, by formulas in place of a mesh."""
 
     theory: BodyWithRoundCore
 
@@ -204,7 +216,10 @@ class InclusionStress(AnalyticField):
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """Return norms of the remote stress, Pa, of the matrix strain that it causes, and of its deviator, Pa."""
+        """Return scales for relative errors: remote stress, Pa, strain of the matrix, and deviatoric remote stress, Pa.
+
+        Each is the Frobenius norm of the tensor that the remote stress causes without the inclusion.
+        """
         stress, mean = self.theory.stress, sum(self.theory.stress) / 3.0
         far = 0.5 / self.theory.matrix.shear_modulus
         deviator = math.hypot(*(t - mean for t in stress))
@@ -216,7 +231,7 @@ class InclusionStress(AnalyticField):
 
 
 class InclusionSetup(TheorySetup):
-    """Spherical inclusion or cavity in a ball under remote stress."""
+    """Makes the problem of a spherical inclusion or cavity in a ball under remote stress."""
 
     dimensions: Literal[2, 3] = 3
 
@@ -229,22 +244,29 @@ class InclusionSetup(TheorySetup):
         inner, outer, centre = self.radii_and_centre(case)
         planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
         check_symmetry_supports(case, planes, centre, outer)
-        stress = _stress(case, inner, outer, centre)
-        core = _hookean(case.parts[0].thing.material, case) if case.parts else None
+        stress = _applied_stress(case, inner, outer, centre)
+        core = _elastic_constants(case.parts[0].thing.material, case) if case.parts else None
         thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
         return BodyWithRoundCore(
-            self.dimensions, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin
+            self.dimensions,
+            core,
+            _elastic_constants(case.body.thing.material, case),
+            inner,
+            outer,
+            stress,
+            centre,
+            thin,
         )
 
     def radii_and_centre(self, case: Case) -> tuple[float, float, Vector3]:
-        """Return the radii of core and body, m, and their common centre, m. Raises NotApplicable."""
+        """Return the radii of inclusion and body, m, and their common centre, m. Raises NotApplicable."""
         return inclusion_in_ball(case)
 
     def stress(self, solution: BodyWithRoundCore) -> InclusionStress:
         return InclusionStress(solution)
 
     def warning(self, solution: BodyWithRoundCore) -> str | None:
-        """Return why the theory is inaccurate for the body, because deformations are not small, or None."""
+        """Return a warning if deformations are too large for this theory of small strain, else None."""
         large = solution.largest_gradient
         return LARGE.format(100.0 * large) if large > SMALL else None
 
@@ -259,12 +281,12 @@ class InclusionSetup(TheorySetup):
 
 
 class HoleSetup(InclusionSetup):
-    """Round hole in a plate under remote stress."""
+    """Makes the problem of a round hole in a plate under remote stress."""
 
     dimensions = 2
 
     def radii_and_centre(self, case: Case) -> tuple[float, float, Vector3]:
-        """Return the radii of hole and plate, m, and the centre, m, of a plate with a hole. Raises NotApplicable."""
+        """Return the radius of the hole and that of the plate, m, and their common centre, m. Raises NotApplicable."""
         if case.planar not in ("plane_strain", "plane_stress"):
             raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
         return *_ring_radii(case), (0.0, 0.0, 0.0)

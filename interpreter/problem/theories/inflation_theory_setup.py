@@ -23,7 +23,7 @@ PRESSED = "one `pressure(...)` on the whole inner surface, and no other load"
 
 
 class InflationSetup(TheorySetup):
-    """Inflation of a thick-walled rubber ball."""
+    """Makes the problem of a thick-walled rubber ball that an inner pressure inflates."""
 
     def problem_from(self, reference: Declared, case: Case) -> BlownBall:
         if case.parts:

@@ -1,4 +1,4 @@
-"""Setup of the contact patch test: the stack of blocks of a case, and the results of the theory."""
+"""Setup of the contact patch test: makes the stack of blocks of a case, and reads forces and stress of the theory."""
 
 from __future__ import annotations
 
@@ -53,7 +53,10 @@ NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class BlockPile:
-    """Blocks of a case in their order along an axis; `first` is the number of the block that the scene names first."""
+    """Blocks of a case, sorted along the axis `way`: 0, 1 or 2 for x, y or z.
+
+    `first` is the index of the block that the scene names first.
+    """
 
     case: Case
     blocks: tuple[BoxBody, ...]
@@ -72,7 +75,7 @@ class BlockPile:
 
     @property
     def across(self) -> tuple[int, ...]:
-        """Directions x, y and z (0 to 2) of lateral contraction."""
+        """Directions in which the blocks contract laterally, as numbers 0 to 2 of x, y and z."""
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.whole.flat))
 
     def normal(self, end: int) -> Vector:
@@ -80,7 +83,7 @@ class BlockPile:
         return self.whole.outward(self.way, end)
 
     def faces(self, number: int) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
-        """Return the corners, m, of the two faces that meet at the joint above a block."""
+        """Return the two faces that meet at the joint above a block, each by its low and high corner, m."""
         below, above = self.blocks[number], self.blocks[number + 1]
         return ((replace_coordinate(below.low, self.way, below.high[self.way]), below.high),
                 (above.low, replace_coordinate(above.high, self.way, above.low[self.way])))  # fmt: skip
@@ -91,7 +94,7 @@ class BlockPile:
 
 
 def _require_determined_blocks(stack: Stack) -> None:
-    """Check that the position of every block is determined, and that no block is crushed. Raises NotApplicable."""
+    """Raise NotApplicable if the position of a block is not determined, or if blocks would be crushed to nothing."""
     if None in stack.ends:
         if stack.has_unglued_joints and stack.traction - stack.pressure >= 0.0:
             raise NotApplicable(
@@ -101,22 +104,24 @@ def _require_determined_blocks(stack: Stack) -> None:
     open_ones = sum(not joint.glued for joint in stack.joints)
     if stack.length_change >= 0.0 and open_ones > 1:
         travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.length_change, stack.gaps))
-        raise NotApplicable(f"its ends approach by {travel}, but its {open_ones} gaps are {gaps} in all, so that "
-                            "blocks between them are free", "move an end further")  # fmt: skip
+        raise NotApplicable(f"the ends approach by {travel}, but the {open_ones} gaps are {gaps} in all, so that "
+                            "blocks between them are free", "prescribe a larger displacement")  # fmt: skip
     if stack.length_change <= -sum(block.length for block in stack.blocks):
-        raise NotApplicable("its ends approach by more than its length", "move an end less far")
+        raise NotApplicable(
+            "the ends approach by more than the length of the stack", "prescribe a smaller displacement"
+        )
 
 
 # ------------------------------------------------------------------ the blocks
 
 
 def block_pile_of(case: Case) -> BlockPile:
-    """Return the blocks of a case in order along the axis. Raises NotApplicable if their cross-sections differ."""
+    """Return the blocks of a case, sorted along their axis. Raises NotApplicable unless they have one section."""
     name = case.body.name
     if not isinstance(case.shape, DisjointShapes):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
     thickness = case.body.thing.thickness if case.planar else 0.0
-    found = [box_body_of_shape(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
+    found = [box_body_of_shape(piece, thickness, bool(case.depth)) for piece in _single_shapes(case.shape)]
     blocks = [block for block in found if block is not None]
     if len(blocks) < len(found):
         raise NotApplicable(f"`{name}` has pieces that are not boxes or upright rectangles", PIECES)
@@ -137,15 +142,18 @@ def block_pile_of(case: Case) -> BlockPile:
     return BlockPile(case, tuple(order), way, order.index(first))
 
 
-def _pieces(shape: Any) -> tuple[Any, ...]:
-    """Return the shapes that a combined body consists of, in the order of the scene."""
+def _single_shapes(shape: Any) -> tuple[Any, ...]:
+    """Return the single shapes of a `disjoint(...)` shape, in the order of the scene."""
     if not isinstance(shape, DisjointShapes):
         return (shape,)
-    return tuple(piece for half in shape.pair for piece in _pieces(half))
+    return tuple(piece for half in shape.pair for piece in _single_shapes(half))
 
 
 def _block_without_ends(piled: BlockPile, number: int) -> BoxBody:
-    """Return a block shortened at both ends, so that only its sides are selected and not the faces of other blocks."""
+    """Return a block that is slightly shortened at both ends.
+
+    A condition on the faces of its neighbours then does not select it, but a condition on its sides does.
+    """
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
     off = WITHIN * (b - a)
@@ -155,7 +163,7 @@ def _block_without_ends(piled: BlockPile, number: int) -> BoxBody:
 
 
 def _block_material(piled: BlockPile, number: int) -> BlockMaterial:
-    """Return the material of a block. Raises NotApplicable."""
+    """Return the material of a block. Raises NotApplicable if it is active, or a region covers a part of the block."""
     case, inner = piled.case, _block_without_ends(piled, number)
     material = case.material
     for part, own in zip(case.parts, case.materials[1:], strict=True):
@@ -176,10 +184,7 @@ def _block_material(piled: BlockPile, number: int) -> BlockMaterial:
 
 
 def _joint(piled: BlockPile, number: int) -> Joint:
-    """Return the joint between a block and the next one.
-
-    Raises NotApplicable unless one contact covers the whole joint.
-    """
+    """Return the joint above a block: its gap, and whether the blocks are tied. Raises NotApplicable."""
     low, high = piled.blocks[number], piled.blocks[number + 1]
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
     met = _joint_contacts(piled, number)
@@ -202,7 +207,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
 
 
 def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
-    """Return the contacts that select the joint above a block. Raises NotApplicable if one selects only a part."""
+    """Return the contacts that select both faces of the joint above a block. Raises NotApplicable."""
     found = []
     for pair in piled.case.pairs:
         each = {pair.thing.where.over(*face, piled.extent) for face in piled.faces(number)}
@@ -219,9 +224,10 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
 def _held_ends_and_sides(
     piled: BlockPile, solids: tuple[BlockMaterial, ...]
 ) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
-    """Return the prescribed axial displacements of both ends, m, and the held sides. Raises NotApplicable.
+    """Return the prescribed axial displacements of the low and the high end, m, and the sides that are symmetry planes.
 
-    An end that is not held has None. Each side is given by block, direction and end.
+    An end that is not held has None. Each side is given by block, direction (0 to 2) and end (0 low, 1 high). Raises
+    NotApplicable.
     """
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
@@ -230,7 +236,7 @@ def _held_ends_and_sides(
             raise NotApplicable(f"the support `{support.name}` does not hold one whole end or one whole side", ENDS)
         along_it = [c for c in thing.components if c in piled.across]
         if any(by[c] for c in along_it):
-            raise NotApplicable(f"the support `{support.name}` moves it across its axis", ENDS)
+            raise NotApplicable(f"the support `{support.name}` moves the body across its axis", ENDS)
         taken = piled.ends(thing.where)
         if not taken:
             mirrors |= _symmetry_sides(piled, support, thing)
@@ -249,7 +255,7 @@ def _held_ends_and_sides(
 
 
 def _symmetry_sides(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
-    """Return the sides of all selected blocks that a support holds along their normal. Raises NotApplicable."""
+    """Return the sides that a support holds along their normal, by block, direction and end. Raises NotApplicable."""
     found = set()
     for i in range(len(piled.blocks)):
         side = _block_without_ends(piled, i)
@@ -268,9 +274,9 @@ def _symmetry_sides(piled: BlockPile, support: Declared, thing: Any) -> set[tupl
 
 def _laterally_fixed_points(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
            solids: tuple[BlockMaterial, ...]) -> tuple[Vector, ...]:  # fmt: skip
-    """Return the point of each block, m, that does not move laterally.
+    """Return for each block a point, m, that does not move laterally. Raises NotApplicable.
 
-    It lies in the symmetry planes of the block or of blocks tied to it, or else in its middle.
+    It lies in the symmetry planes of the block and of blocks tied to it; without them it is the middle of the block.
     """
     found = []
     for i, block in enumerate(piled.blocks):
@@ -286,13 +292,13 @@ def _laterally_fixed_points(piled: BlockPile, joints: tuple[Joint, ...], mirrors
 
 
 def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
-    """Return whether all joints between two blocks are tied."""
+    """Return whether all joints between the blocks with the numbers a and b are tied."""
     return all(joint.glued for joint in joints[min(a, b) : max(a, b)])
 
 
 def _require_equal_contraction(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[BlockMaterial, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
-    """Check that the two faces of each tie contract laterally by equal amounts. Raises NotApplicable."""
+    """Raise NotApplicable if the two faces of a tied or frictional joint contract laterally by different amounts."""
     for i, joint in enumerate(joints):
         pair = _joint_contacts(piled, i)[0]
         friction = getattr(pair.thing, "friction", 0.0)
@@ -308,7 +314,7 @@ def _require_equal_contraction(piled: BlockPile, joints: tuple[Joint, ...], soli
 
 
 def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
-    """Return whether an end is loaded, the outward traction and the pressure on it, Pa. Raises NotApplicable."""
+    """Return whether the free end is loaded, its outward traction, Pa, and its pressure, Pa. Raises NotApplicable."""
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
         action = load.thing.action
@@ -328,7 +334,7 @@ def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tupl
 
 
 def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
-    """Return the traction of a remote stress on a face with normal n, Pa."""
+    """Return the traction vector, Pa, of a uniaxial remote stress on a face with unit normal n."""
     return add_multiples(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
@@ -336,8 +342,8 @@ def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
 
 
 @dataclass(frozen=True)
-class Pressing:
-    """Uniform pressure on the faces in contact."""
+class JointPressure:
+    """Uniform contact pressure on the joints of a stack, Pa, by the number of the block below each joint."""
 
     piled: BlockPile
     joints: Mapping[int, float]  # of the joint above each of these blocks, Pa
@@ -358,10 +364,7 @@ class Pressing:
 
 
 def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -> Reaction:
-    """Return the force of a contact through the joints above some blocks.
-
-    It acts on all blocks but the one that the scene names first.
-    """
+    """Return the force of a contact, through joints above blocks, on all but the block that the scene names first."""
     total, moment, at = NONE, NONE, piled.whole.middle
     for number in numbers:
         if piled.first not in (number, number + 1):
@@ -373,7 +376,7 @@ def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -
 
 
 def _end_centre(piled: BlockPile, found: DeformedStack, end: int) -> Vector:
-    """Return the centre of an end, m: deformed for neo-Hookean blocks, undeformed for blocks with Hooke's law."""
+    """Return the centre of an end (0 low, 1 high), m: deformed for neo-Hookean blocks, undeformed for Hooke's law."""
     return _deformed_position(found, piled.whole.centre(piled.way, end), -end)
 
 
@@ -383,6 +386,7 @@ def _joint_centre(piled: BlockPile, found: DeformedStack, number: int) -> Vector
 
 
 def _deformed_position(found: DeformedStack, at: Vector, number: int) -> Vector:
+    """Return the deformed position, m, of a point of a block; the undeformed one if the block has Hooke's law."""
     if not found.stack.blocks[number].solid.large:
         return at
     x, y, z = found.displacement(np.array([at]))[0].tolist()
@@ -391,7 +395,7 @@ def _deformed_position(found: DeformedStack, at: Vector, number: int) -> Vector:
 
 @dataclass(frozen=True)
 class PatchStress(AnalyticField):
-    """Stress field of the theory, for metrics; it has no cells."""
+    """Stress field of the patch test, by formulas in place of a mesh."""
 
     theory: DeformedStack
 
@@ -406,7 +410,7 @@ class PatchStress(AnalyticField):
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """Return root mean squares over the body of stress, Pa, strain and stress deviator, Pa."""
+        """Return scales of relative errors: root mean squares of stress, Pa, strain, and deviatoric stress, Pa."""
         blocks, way = self.theory.stack.blocks, self.theory.stack.way
         middles = np.array([replace_coordinate(block.root, way, 0.5 * (block.low + block.high)) for block in blocks])
         H, sigma = self.theory.fields(middles)
@@ -417,7 +421,7 @@ class PatchStress(AnalyticField):
 
 
 class PatchTestSetup(ContactSetup):
-    """Contact patch test: blocks in line that touch or are glued."""
+    """Makes the problem of the contact patch test: a stack of blocks that touch or are tied."""
 
     def problem_from(self, reference: Declared, case: Case) -> Stack:
         if case.planar == "plane_stress":
@@ -442,7 +446,7 @@ class PatchTestSetup(ContactSetup):
         return found
 
     def forces(self, case: Case, solution: DeformedStack) -> EquilibriumForces:
-        """Return the reaction and contact forces of the theory; it gives no energies."""
+        """Return the reaction and contact forces of the theory; energies are nan, because the theory gives none."""
         piled, stack = block_pile_of(case), solution.stack
         reactions, touches = {}, {}
         unknown = math.nan, math.nan, math.nan
@@ -473,7 +477,7 @@ class PatchTestSetup(ContactSetup):
                     sum(map(solution.joint_contact_area, numbers)),
                     max(pressures.values(), default=0.0),
                     solution.left,
-                    field=Pressing(piled, pressures),
+                    field=JointPressure(piled, pressures),
                 )
         work = {load.name: None for load in case.loads}
         return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, solution.off.values())))

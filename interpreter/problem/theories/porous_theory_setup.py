@@ -1,4 +1,4 @@
-"""Setup of poroelastic theories: the porous column, slab or disc of a case, and the theory's results."""
+"""Setup of poroelastic theories: makes the porous column, slab or disc of a case, and reads results."""
 
 from __future__ import annotations
 
@@ -38,10 +38,11 @@ Body = BoxBody | CylinderBody
 
 
 @dataclass(frozen=True)
-class Ends:
-    """Two ends of a body normal to its axis: one is held, the other is moved or loaded.
+class HeldAndDrivenEnds:
+    """Held end and driven end of a body, normal to its axis; a support moves the driven end, or a load acts on it.
 
-    The axis is x, y or z by number (0 to 2), or that of a cylinder.
+    `way` is the direction of the axis: 0, 1 or 2 for x, y or z. `driving` is the support or load, and `force`
+    is True for a load. `amount` is the axial displacement, m, or traction, Pa, positive outward.
     """
 
     body: Body
@@ -68,21 +69,21 @@ class Ends:
 
     @property
     def area(self) -> float:
-        """Area of one end, m^2; for a body of revolution that of the full end around the axis."""
+        """Area of one end, m^2; for a body of revolution the area of the full circle or ring."""
         return self.body.area(self.way)
 
     @property
     def driven_ends(self) -> set[int]:
-        """Number of the driven end, as a set of one."""
+        """Number of the driven end (0 low, 1 high), as a set of one number."""
         return {1 - self.held}
 
     def selected_ends(self, where: Any) -> set[int]:
-        """Return the numbers of the ends that a condition selects exactly."""
+        """Return the numbers (0 low, 1 high) of the ends that a condition selects exactly."""
         return self.body.selected_faces(where, self.way)
 
 
-def _analysis(case: Case) -> Quasistatic:
-    """Return the quasistatic analysis. Raises NotApplicable."""
+def _quasistatic_analysis(case: Case) -> Quasistatic:
+    """Return the quasistatic analysis of a case with one material. Raises NotApplicable."""
     if not isinstance(case.analysis, Quasistatic):
         raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
     if case.parts:
@@ -92,8 +93,8 @@ def _analysis(case: Case) -> Quasistatic:
     return case.analysis
 
 
-def _ends(case: Case, remedy: str) -> Ends:
-    """Return the held and the driven end of a case. Raises NotApplicable with the `remedy`."""
+def _find_ends(case: Case, remedy: str) -> HeldAndDrivenEnds:
+    """Return the held and the driven end of a case. Raises NotApplicable with `remedy` as its advice."""
     body = box_or_cylinder_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_displacement_or_traction(load))]
@@ -101,7 +102,7 @@ def _ends(case: Case, remedy: str) -> Ends:
         if not isinstance(support.thing, DisplacementSupport):
             raise NotApplicable(f"the theory does not include the support `{support.name}`", remedy)
     if len(drivers) != 1:
-        raise NotApplicable("it is not driven by exactly one load or support", remedy)
+        raise NotApplicable("the body is not driven by exactly one load or support", remedy)
     driving = drivers[0]
     vector = _displacement_or_traction(driving)
     ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
@@ -115,11 +116,15 @@ def _ends(case: Case, remedy: str) -> Ends:
     return _ends_along(case, body, ways[0], driving, vector, remedy)
 
 
-def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
-    """Return the held and the driven end along a direction. Raises NotApplicable."""
+def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> HeldAndDrivenEnds:
+    """Return the held and the driven end of a body whose axis has the direction `way`, 0 to 2.
+
+    `driving` is the support or load that drives one end with the displacement or traction `vector`. Raises
+    NotApplicable with `remedy` as its advice.
+    """
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
-    ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
+    ends = HeldAndDrivenEnds(body, way, 0, driving, force, 0.0)  # held end and amount are found below
     driven = ends.selected_ends(where)
     if len(driven) != 1:
         raise NotApplicable(f"`{driving.name}` does not act on exactly one whole end face", remedy)
@@ -133,7 +138,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
             raise NotApplicable(f"the support `{support.name}` does not act on exactly one whole end face", remedy)
         held |= own if support.name != driving.name else set()
     if held != {0, 1} - driven:
-        raise NotApplicable("it needs exactly one end held along the axis", remedy)
+        raise NotApplicable("exactly one end must be held along the axis", remedy)
     ends = replace(ends, held=held.pop())
     return replace(ends, amount=sum(v * a for v, a in zip(vector, ends.axis, strict=True)))
 
@@ -149,8 +154,8 @@ def _displacement_or_traction(declared: Declared) -> Vector:
     return thing.action.traction
 
 
-def _are_sides_held(case: Case, ends: Ends) -> bool:
-    """Return whether supports prevent lateral motion, on all sides or in the whole body."""
+def _are_sides_held(case: Case, ends: HeldAndDrivenEnds) -> bool:
+    """Return whether supports prevent lateral motion, either of all sides or of the whole body."""
     body = ends.body
     across = [c for c in range(3) if c != ends.way]
     if isinstance(body, CylinderBody):
@@ -162,7 +167,7 @@ def _are_sides_held(case: Case, ends: Ends) -> bool:
 
 
 def _held_sides(case: Case, body: BoxBody, across: int) -> set[int]:
-    """Return the faces normal to a lateral direction that are held; 0 is the low one."""
+    """Return which sides normal to the lateral direction `across` (0 to 2) are held: 0 the low, 1 the high side."""
     if body.flat and across == 2:
         return {0, 1}
     found = {0} if body.turns and body.low[0] == 0.0 and across == 0 else set()
@@ -178,7 +183,7 @@ def _held_sides(case: Case, body: BoxBody, across: int) -> set[int]:
 
 
 def _check_no_fluid_pressure(case: Case) -> None:
-    """Check that no fluid pressure is applied: open faces have pressure 0. Raises NotApplicable."""
+    """Check that a surface is drained, and that drained surfaces have zero pore pressure. Raises NotApplicable."""
     for drain in case.drains:
         if drain.thing.moves:
             raise NotApplicable(f"`{drain.name}` applies a pore pressure", "use `drained(...)`")
@@ -186,8 +191,8 @@ def _check_no_fluid_pressure(case: Case) -> None:
         raise NotApplicable("no face lets fluid through", "add `drained(...)`")
 
 
-def _open_ends(case: Case, ends: Ends) -> Drains:
-    """Return which ends are drained. Raises NotApplicable if any other surface is drained."""
+def _open_ends(case: Case, ends: HeldAndDrivenEnds) -> Drains:
+    """Return which ends are drained, "held", "driven" or "both". Raises NotApplicable if other surfaces are drained."""
     _check_no_fluid_pressure(case)
     found: set[int] = set()
     for drain in case.drains:
@@ -202,9 +207,9 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
 # ------------------------------------------------------------------ problems of the theories
 
 
-def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, Ends, Drains]:
+def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, HeldAndDrivenEnds, Drains]:
     """Return the analysis, the ends, and which ends are drained. Raises NotApplicable if the sides can move."""
-    analysis, ends = _analysis(case), _ends(case, DRIVE)
+    analysis, ends = _quasistatic_analysis(case), _find_ends(case, DRIVE)
     if not _are_sides_held(case, ends):
         raise NotApplicable(f"the sides of `{case.body.name}` can move", SIDES)
     return analysis, ends, _open_ends(case, ends)
@@ -217,9 +222,9 @@ def _moduli(case: Case) -> tuple[float, float]:
 
 
 def skeleton_of(case: Case) -> Skeleton:
-    """Return the law of the drained skeleton of a case.
+    """Return the law of the drained skeleton of a case, for confined compression.
 
-    Raises NotApplicable if its confined compression is not known.
+    Raises NotApplicable if the theory has no formula for this law.
     """
     from softmark.interpreter.problem.rubber_constants import rubber_of, word_of
 
@@ -235,7 +240,7 @@ def skeleton_of(case: Case) -> Skeleton:
 
 
 def _open_faces(case: Case, body: BoxBody, axis: int) -> set[int]:
-    """Return the faces normal to a lateral direction that are drained; 0 is the low one."""
+    """Return which faces normal to the direction `axis` (0 to 2) are drained: 0 the low face, 1 the high face."""
     return set[int]().union(*(body.selected_faces(d.thing.where, axis) for d in case.drains))
 
 
@@ -243,8 +248,8 @@ def _open_faces(case: Case, body: BoxBody, axis: int) -> set[int]:
 
 
 @dataclass(frozen=True)
-class Fluid:
-    """Fluid results of a theory: pressure, and the outflow through each support."""
+class FluidResults:
+    """Fluid results of a theory: the pore pressure, and the outflow through each support, m^3."""
 
     theory: Any
     outflows: Mapping[str, float]  # m^3, by support
@@ -261,10 +266,10 @@ class Fluid:
         return float(self.theory.pressure(np.array([point]))[0])
 
 
-def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
-    """Return the outflow through each support, m^3, by name.
+def _outflows(case: Case, ends: HeldAndDrivenEnds, theory: Any) -> dict[str, float]:
+    """Return the outflow through each drained support, m^3, by its name.
 
-    Each of two drained ends has half the outflow; a part that several supports select counts once.
+    With two drained ends, each has half the outflow. An end that several supports select is counted once.
     """
     both, taken, found = getattr(theory, "drains", "") == "both", set[int](), {}
     for drain in case.drains:
@@ -278,13 +283,13 @@ def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
 
 
 class PorousSetup(TheorySetup):
-    """Setup of the theories of a poroelastic body between two ends."""
+    """Base of the setups for theories of a poroelastic body with one held and one driven end."""
 
     admits_rigid_plates = admits_material_history = is_poroelastic = True
 
     def forces(self, case: Case, solution: Any) -> EquilibriumForces:
-        """Return the axial forces and the fluid results of a theory; it gives no lateral forces."""
-        ends = _ends(case, DRIVE)
+        """Return the axial reaction forces and the fluid results of a theory; lateral forces are not known, nan."""
+        ends = _find_ends(case, DRIVE)
         none, found = (0.0, 0.0, 0.0), {}
         unknown = (math.nan, math.nan, math.nan)
         for support in case.supports:
@@ -302,17 +307,17 @@ class PorousSetup(TheorySetup):
         found |= {own.name: nothing for own in (*case.beds, *case.drains)}
         work = {} if not ends.force else {ends.driving.name: None}
         return EquilibriumForces(
-            found, work, math.nan, dissipated=math.nan, fluid=Fluid(solution, _outflows(case, ends, solution))
+            found, work, math.nan, dissipated=math.nan, fluid=FluidResults(solution, _outflows(case, ends, solution))
         )
 
     def warning(self, solution: Any) -> str | None:
-        """Return why the theory is inaccurate for the body, because strains are not small, or None."""
+        """Return a warning if strains are too large for this theory of small strain, else None."""
         large = getattr(solution, "strained", 0.0)
         return LARGE.format(100.0 * large) if large > SMALL else None
 
 
 class PorousColumnSetup(PorousSetup):
-    """Porous column in small strain, which cannot expand laterally."""
+    """Makes the problem of a porous column in small strain that cannot expand laterally."""
 
     def problem_from(self, reference: Declared, case: Case) -> Column:
         analysis, ends, drains = _analysis_ends_and_drains(case)
@@ -323,7 +328,7 @@ class PorousColumnSetup(PorousSetup):
 
 
 class FinitePorousColumnSetup(PorousSetup):
-    """Porous column in finite strain, which cannot expand laterally."""
+    """Makes the problem of a porous column in finite strain that cannot expand laterally."""
 
     def problem_from(self, reference: Declared, case: Case) -> PressedColumn:
         analysis, ends, drains = _analysis_ends_and_drains(case)
@@ -339,17 +344,17 @@ class FinitePorousColumnSetup(PorousSetup):
 
 
 class CompressedPorousBodySetup(PorousSetup):
-    """Setup of the theories of a porous body that plates compress and that expands laterally."""
+    """Base of the setups for a porous slab or disc that two plates compress and that expands laterally."""
 
-    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-        """Return the dimension, the half-width or radius, m, a fixed point, m, and a lateral vector of the body.
+    def dimensions(self, case: Case, ends: HeldAndDrivenEnds) -> tuple[int, float, Vector, Vector]:
+        """Return the dimension, the half-width or radius, m, a fixed point, m, and the lateral unit vector of the body.
 
-        Raises NotApplicable.
+        The dimension is 1 for a slab, which expands along one direction, and 2 for a disc. Raises NotApplicable.
         """
         raise NotImplementedError(f"{type(self).__name__} has no dimensions")
 
     def problem_from(self, reference: Declared, case: Case) -> CompressedPorousBody:
-        analysis, ends = _analysis(case), _ends(case, PLATES)
+        analysis, ends = _quasistatic_analysis(case), _find_ends(case, PLATES)
         if ends.force and not any(
             b.thing.is_massless_plate and ends.selected_ends(b.thing.where) == ends.driven_ends for b in case.beds
         ):
@@ -364,10 +369,10 @@ class CompressedPorousBodySetup(PorousSetup):
 
 
 class PorousSlabSetup(CompressedPorousBodySetup):
-    """Porous slab between plates, in plane strain."""
+    """Makes the problem of a porous slab between plates, in plane strain."""
 
-    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-        """Return the dimension, the half-width, m, a point of the symmetry plane, m, and a lateral vector of a slab.
+    def dimensions(self, case: Case, ends: HeldAndDrivenEnds) -> tuple[int, float, Vector, Vector]:
+        """Return 1, the half-width, m, a point of the symmetry plane, m, and the lateral unit vector of a slab.
 
         Raises NotApplicable.
         """
@@ -397,10 +402,10 @@ class PorousSlabSetup(CompressedPorousBodySetup):
 
 
 class PorousDiscSetup(CompressedPorousBodySetup):
-    """Porous disc between plates."""
+    """Makes the problem of a porous disc between plates."""
 
-    def dimensions(self, case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-        """Return the dimension, the radius, m, the centre of the held plate, m, and a zero vector for a disc.
+    def dimensions(self, case: Case, ends: HeldAndDrivenEnds) -> tuple[int, float, Vector, Vector]:
+        """Return 2, the radius, m, the centre of the held plate, m, and a zero vector in place of a lateral direction.
 
         Raises NotApplicable.
         """

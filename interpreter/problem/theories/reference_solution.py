@@ -1,4 +1,4 @@
-"""Problem that a reference of a scene solves, and its solution."""
+"""Problem that a reference solves for a case of a scene, and its solution."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class TheorySolution(Protocol):
-    """Protocol of the solution of a theory, as a reference uses it."""
+    """Protocol of the solution of a theory: displacement field and estimated error."""
 
     @property
     def estimated_error(self) -> float:
@@ -28,7 +28,10 @@ class TheorySolution(Protocol):
 
 
 def problem_of(reference: Declared, case: Case) -> Any:
-    """Return the problem that a reference solves. Raises Fault if an assumption of its theory is violated."""
+    """Return the input of `reference.thing.solve` for a case.
+
+    Raises Fault if the case violates an assumption of the theory.
+    """
     setup = theory_setup_of(reference)
     try:
         setup.check_case(reference, case)
@@ -38,7 +41,10 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
 
 def solve_theory(reference: Declared, case: Case) -> TheorySolution:
-    """Solve the problem of a reference. Raises Fault, and any error of the theory's solver."""
+    """Return the solution of a reference for a case.
+
+    Raises Fault if the case violates an assumption of the theory, and any error of the theory's solver.
+    """
     problem = problem_of(reference, case)
     try:
         found: TheorySolution = reference.thing.solve(problem)
@@ -48,5 +54,6 @@ def solve_theory(reference: Declared, case: Case) -> TheorySolution:
 
 
 def _assumption_fault(reference: Declared, refused: NotApplicable) -> Fault:
+    """Return the error E503: a reference does not apply to the scene, with reason and remedy of the theory."""
     problem = f"`{reference.name}` does not apply to this scene: {refused.reason}"
     return fault("E503", reference.at(), problem, help=refused.remedy)

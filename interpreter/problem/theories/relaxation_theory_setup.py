@@ -1,4 +1,4 @@
-"""Setup of the theory of a viscoelastic bar, and the forces of the theory."""
+"""Setup of the theory of a viscoelastic bar, and the forces that the theory gives."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REMEDY = "hold one end face along the axis and move or pull the other: `displace
 
 
 class ViscoelasticBarSetup(TheorySetup):
-    """Viscoelastic bar under any amplitude of displacement or force."""
+    """Makes the problem of a viscoelastic bar under a displacement or force that varies in time by an amplitude."""
 
     admits_material_history = True
 
@@ -65,7 +65,7 @@ class ViscoelasticBarSetup(TheorySetup):
                            now)  # fmt: skip
 
     def forces(self, case: Case, solution: RelaxingBar) -> EquilibriumForces:
-        """Return the reaction forces of the theory."""
+        """Return the reaction forces, the stored energy and the dissipated energy by the theory."""
         held, driving, _ = _held_end_and_driving_action(case)
         none, found = (0.0, 0.0, 0.0), {}
         for support in case.supports:
@@ -80,9 +80,9 @@ class ViscoelasticBarSetup(TheorySetup):
 
 
 def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
-    """Return the held end (0 is the root), and the support or load on the other end with its value.
+    """Return the held end (0 is the root), the support or load that drives the other end, and its vector.
 
-    Raises NotApplicable.
+    The vector is the displacement of the support, m, or the traction of the load, Pa. Raises NotApplicable.
     """
     shape = case.prism
     ends: dict[int, Declared] = {}
@@ -93,7 +93,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
             raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if not any(along):
             if thing.moves:
-                raise NotApplicable(f"the support `{support.name}` moves it across its axis", REMEDY)
+                raise NotApplicable(f"the support `{support.name}` moves the body across its axis", REMEDY)
             continue
         if not all(along) and case.material.poisson != 0.0:
             raise NotApplicable(f"the support `{support.name}` prevents lateral contraction of its end", REMEDY)
@@ -104,7 +104,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
     movers = [support for support in ends.values() if at_full_size(support.thing).moves]
     if len(held) != 1 or len(movers) + len(case.loads) != 1:
         raise NotApplicable(
-            "it needs one end held and the other moved or pulled by exactly one load or support", REMEDY
+            "exactly one end must be held, and exactly one load or support must drive the other end", REMEDY
         )
     if movers:
         return held[0], movers[0], at_full_size(movers[0].thing).displacement
@@ -116,9 +116,9 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
 
 
 def _fixed_point(case: Case, root: Any) -> Any:
-    """Return a point, m, without lateral motion: on the faces that supports hold, else on the axis.
+    """Return a point, m, that does not move laterally: on the planes that supports hold, otherwise on the axis.
 
-    Raises NotApplicable.
+    `root` is the centre of the held end, m. Raises NotApplicable.
     """
     low, high = case.shape.bounds or (root, root)
     found = list(root)
@@ -137,7 +137,10 @@ def _fixed_point(case: Case, root: Any) -> Any:
 
 
 def amplitude_until(amplitude: Any, now: float) -> Amplitude:
-    """Return an amplitude up to the time `now`, s, as jumps and segments with a slope."""
+    """Return an amplitude of a scene until time `now`, s, in the theory's form: jumps, and segments with their slopes.
+
+    Raises NotApplicable for amplitudes that the theory does not support.
+    """
     match amplitude:
         case None:
             return Amplitude([(0.0, 1.0)], [])

@@ -1,4 +1,4 @@
-"""Setup of the Signorini problem of an elastic bar that a rigid plane stops."""
+"""Setup of the Signorini problem: an elastic bar whose end meets a rigid plane."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.problem.theories.contact_theory_setup import (
     Face,
     RigidContactSetup,
     bonding_and_mirrors,
-    face_of,
+    contact_and_face,
     rigid_displacement,
 )
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -28,10 +28,10 @@ LOADS = "use at most one `traction(...)` along the bar, on the whole end that me
 
 
 class SignoriniSetup(RigidContactSetup):
-    """Bar that a rigid plane stops."""
+    """Makes the problem of an elastic bar whose end a rigid plane stops."""
 
     def problem_from(self, reference: Declared, case: Case) -> StoppedBar:
-        touch, face = face_of(case)
+        touch, face = contact_and_face(case)
         material, nu = case.material, float(case.material.poisson)
         if touch.thing.friction and nu:
             raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "remove `friction`")
@@ -62,7 +62,7 @@ class SignoriniSetup(RigidContactSetup):
 
 
 def _gap_above_face(name: str, shape: Any, face: Face) -> float:
-    """Return the distance of a flat rigid body above a face, m. Raises NotApplicable."""
+    """Return the distance, m, between a face and the flat side of a rigid body above it. Raises NotApplicable."""
     n = face.normal
     if isinstance(shape, HalfSpace):
         return float(dot(add_multiples(shape.origin, (-1.0, face.middle)), n))
@@ -85,7 +85,7 @@ def _gap_above_face(name: str, shape: Any, face: Face) -> float:
 
 
 def _end_force(case: Case, face: Face) -> float:
-    """Return the outward force on the bar's end, N. Raises NotApplicable."""
+    """Return the outward force, N, of a traction on the end that meets the plane. Raises NotApplicable."""
     if not case.loads:
         return 0.0
     load = case.loads[0]
@@ -99,9 +99,9 @@ def _end_force(case: Case, face: Face) -> float:
 
 
 def _fixed_point(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
-    """Return the point that does not move, m: the centre of the opposite face, or a point of its symmetry planes.
+    """Return a point, m, that does not move: the centre of the opposite face, shifted into its symmetry planes.
 
-    Raises NotApplicable.
+    `mirrors` are the symmetry planes by direction and end. Raises NotApplicable.
     """
     found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:

@@ -1,4 +1,4 @@
-"""Setup of the theory of a tendon-driven rod."""
+"""Setup of the theory of a tendon-driven rod: makes the rod of a case."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NEAR = 1e-9  # relative to the length: tolerance of the force position
 
 
 class TendonRodSetup(TheorySetup):
-    """Clamped rod that tendons bend."""
+    """Makes the problem of a clamped rod that tendons bend."""
 
     def problem_from(self, reference: Declared, case: Case) -> DrivenRod:
         shape, name = case.shape, case.body.name
@@ -35,7 +35,7 @@ class TendonRodSetup(TheorySetup):
                 f"the region `{case.parts[0].name}` has another material", "use one material for the whole body"
             )
         root, axis = clamped_end(case)
-        frame = _frame(axis)
+        frame = _section_frame(axis)
         tip = add_multiples(root, (shape.length, axis))
         force, routes = [0.0, 0.0, 0.0], []
         for load in case.loads:
@@ -48,20 +48,23 @@ class TendonRodSetup(TheorySetup):
                     raise NotApplicable(f"the tendon `{load.name}` is straight between its guides",
                                   "remove `guides`: the theory assumes guides along the whole tendon")  # fmt: skip
                 case TendonLoad() as tendon:
-                    routes.append(_route(tendon, root, frame))
+                    routes.append(_tendon_route(tendon, root, frame))
                 case _:
-                    raise NotApplicable(f"it does not include the load `{load.name}`",
+                    raise NotApplicable(f"the theory does not include the load `{load.name}`",
                                   "use tendons, gravity and a force at the centre of the free end")  # fmt: skip
         if not routes:
             raise NotApplicable("no tendon drives the beam", "add one: `load pull = tendon(...)`")
         line = case.material.density * _declared_section(shape, frame).area
         weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
-        stiffness = _stiffness(case, frame)
+        stiffness = _rod_stiffness(case, frame)
         return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 
 
-def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
-    """Return a right-handed frame along an axis; coordinate axes if it is one of them."""
+def _section_frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
+    """Return three orthonormal vectors, of which the first is the given axis and the others span the section.
+
+    They are coordinate axes if the given axis is one.
+    """
     i = max(range(3), key=lambda k: abs(axis[k]))
     seed = [0.0, 0.0, 0.0]
     seed[(i + 1) % 3] = 1.0
@@ -72,8 +75,11 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     return axis, (x, y, z), cross(axis, (x, y, z))
 
 
-def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
-    """Return the route of a tendon in coordinates of the rod, from its end nearer to the clamp."""
+def _tendon_route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
+    """Return the route of a tendon in the coordinates of a rod with this root, m, and frame.
+
+    It begins at the end of the tendon that is nearer to the clamp.
+    """
     ends = []
     for point in (tendon.begin, tendon.end):
         away = [p - r for p, r in zip(point, root, strict=True)]
@@ -83,7 +89,7 @@ def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vec
 
 
 def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
-    """Return the cross-section as declared; for a box, with its height along the third vector of the frame."""
+    """Return the cross-section as declared; the height of a box lies along the third vector of `frame`."""
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)
     if isinstance(shape, Tube):
@@ -92,15 +98,21 @@ def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Di
     return Rectangle(height=height, width=width)
 
 
-def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
-    """Return the section stiffnesses EA, GA2, GA3, GJ, EI2 and EI3, independent of the section that models use."""
+def _rod_stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
+    """Return the section stiffnesses EA, GA2, GA3, N, and GJ, EI2, EI3, N m^2, of the rod of a case.
+
+    Models compute their own, so that a mistake there shows as a difference from the theory.
+    """
     return section_stiffness(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
 
 
 def section_stiffness(
     section: Disc | Ring | Rectangle, E: float, nu: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return the stiffnesses EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
+    """Return the stiffnesses EA, GA2, GA3, N, and GJ, EI2, EI3, N m^2, of a section with Young's modulus E, Pa.
+
+    The height of a rectangle lies along its second axis.
+    """
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area
     about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment

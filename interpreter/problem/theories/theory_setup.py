@@ -1,4 +1,4 @@
-"""Base class of the setups of theories, one class for each kind of problem that references solve."""
+"""Base class of the classes that prepare a case for a theory, one class for each kind of problem."""
 
 from __future__ import annotations
 
@@ -14,19 +14,26 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 
-CLEAR = "it neglects contact", "compare with a theory of contact such as `hertz(...)`, or remove the contact"
-FULL = (
+CONTACT_NEGLECTED = (
+    "the theory neglects contact",
+    "compare with a theory of contact such as `hertz(...)`, or remove the contact",
+)
+BODY_IS_POROELASTIC = (
     "its body is poroelastic",
     "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or use the drained law only",
 )
-DRY = "its body is not poroelastic", "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
+BODY_IS_NOT_POROELASTIC = (
+    "its body is not poroelastic",
+    "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`",
+)
 
 
 class TheorySetup:
-    """Setup of a theory: the cases that it admits, the problem of a case, and the results of a solution.
+    """Setup of a theory: checks a case, makes the problem that the theory solves, and reads results from its solution.
 
-    By default it admits one elastic body in a static analysis, without contact, rigid plates and elastic foundations,
-    and gives no results but displacements.
+    This base class accepts one elastic body in a static analysis. It refuses contact, rigid plates and elastic
+    foundations, unless a derived class sets the attributes below. Its theory gives only displacements; derived classes
+    add forces and stress.
     """
 
     admits_rigid_contact: ClassVar[bool] = False
@@ -38,16 +45,19 @@ class TheorySetup:
 
     @property
     def gives_forces(self) -> bool:
-        """True if the theory gives reactions and energies, that is if its class defines `forces`."""
+        """True if the theory gives reactions and energies, because its class defines `forces`."""
         return type(self).forces is not TheorySetup.forces
 
     @property
     def gives_stress(self) -> bool:
-        """True if the theory gives stress and strain, that is if its class defines `stress`."""
+        """True if the theory gives stress and strain, because its class defines `stress`."""
         return type(self).stress is not TheorySetup.stress
 
     def check_case(self, reference: Declared, case: Case) -> None:
-        """Check that the theory admits the case. Raises Fault, and NotApplicable."""
+        """Check that the theory applies to the material, contacts and foundations of a case.
+
+        Raises Fault about the material, and NotApplicable about all else.
+        """
         if any(getattr(material, "directed", False) for material in case.materials):
             from softmark.interpreter.problem.anisotropy_limits import must_be_isotropic
 
@@ -61,18 +71,18 @@ class TheorySetup:
 
             must_be_uniform(reference, case)
         if case.porous != self.is_poroelastic:
-            raise NotApplicable(*(FULL if case.porous else DRY))
+            raise NotApplicable(*(BODY_IS_POROELASTIC if case.porous else BODY_IS_NOT_POROELASTIC))
         if case.contacts and not self.admits_rigid_contact:
-            raise NotApplicable(*CLEAR)
+            raise NotApplicable(*CONTACT_NEGLECTED)
         if case.has_material_history and not self.admits_material_history:
             raise NotApplicable("its body is viscoelastic", "compare with the elastic law, or with `prony(...)`")
         if isinstance(case.analysis, Dynamic) and not (self.admits_motion or self.admits_material_history):
             raise NotApplicable("the analysis is dynamic", "use a static analysis")
 
     def problem_from(self, reference: Declared, case: Case) -> Any:
-        """Return the problem of a case, which `solve` of the reference takes.
+        """Return the problem that `solve` of the reference takes, from the shape, supports and loads of a case.
 
-        Raises NotApplicable if an assumption of the theory is violated.
+        Raises NotApplicable if the case violates an assumption of the theory.
         """
         raise NotImplementedError(f"{type(self).__name__} makes no problem of a case")
 
@@ -85,9 +95,9 @@ class TheorySetup:
         return None
 
     def warning(self, solution: Any) -> str | None:
-        """Return why the theory is inaccurate for the loaded body, or None."""
+        """Return why the theory is inaccurate for this body under its loads; None if it is accurate."""
         return None
 
     def facts(self, solution: Any) -> Mapping[str, Any]:
-        """Return the facts about a solution for the report, except its error."""
+        """Return further facts about a solution for the report, by name; its error is reported elsewhere."""
         return {}

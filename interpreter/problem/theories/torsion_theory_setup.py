@@ -1,4 +1,4 @@
-"""Setup of the theory of torsion of a cylinder, and the forces of the theory."""
+"""Setup of the theory of torsion of a rubber cylinder, and the reactions that the theory gives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REMEDY = "hold one end with `fixed(...)` and rotate the other with `rotated(...)
 
 
 class TorsionSetup(TheorySetup):
-    """Torsion of a solid rubber cylinder."""
+    """Makes the problem of a solid rubber cylinder that is held at one end and twisted at the other."""
 
     def problem_from(self, reference: Declared, case: Case) -> TwistedCylinder:
         shape, name = case.shape, case.body.name
@@ -34,17 +34,19 @@ class TorsionSetup(TheorySetup):
             raise NotApplicable(f"`{name}` does not consist of one material", "use one material for the whole body")
         rubber = rubber_of(case)
         for load in case.loads:
-            raise NotApplicable(f"the load `{load.name}` acts as well", "remove all loads")
+            raise NotApplicable(f"the theory does not include the load `{load.name}`", "remove all loads")
         held, turned = _held_end_and_rotation(case)
         root, axis = end_frame(shape, held)
         away = add_multiples(turned.through, (-1.0, root))
         if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
-            raise NotApplicable("it is not rotated about its own axis", "give the axis and `through` of the cylinder")
+            raise NotApplicable(
+                "the cylinder is not rotated about its own axis", "give the axis and `through` of the cylinder"
+            )
         angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
         return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
     def forces(self, case: Case, solution: TwistedCylinder) -> EquilibriumForces:
-        """Return the reaction forces and moments of the theory."""
+        """Return the reaction forces and moments of both supports, and the elastic energy, by the theory."""
         found, none = {}, (0.0, 0.0, 0.0)
         for support in case.supports:
             turned = support.thing.prescribes_rotation
@@ -57,7 +59,10 @@ class TorsionSetup(TheorySetup):
 
 
 def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
-    """Return the held end (0 is the root), and the rotation of the other end. Raises NotApplicable."""
+    """Return the number of the fixed end (0 is the root), and the support that rotates the other end.
+
+    Raises NotApplicable.
+    """
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing
@@ -72,4 +77,4 @@ def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
     for end, thing in found.items():
         if isinstance(thing, Rotated) and isinstance(found.get(1 - end), UniformSupport):
             return 1 - end, thing
-    raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)
+    raise NotApplicable("one end must be fixed and the other rotated", REMEDY)

@@ -76,8 +76,7 @@ class _OccupiedArea:
         """Choose and occupy the cheapest position for the name of a curve; return None if none fits.
 
         The cost is the length of the leader line plus penalties, so candidates with a longer line than the cheapest
-        cost so far
-        are skipped.
+        cost so far are skipped.
         """
         fitting = [place for place in candidates if self.fits(place.box(name))]
         chosen, least = None, math.inf
@@ -142,8 +141,7 @@ def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
     """Yield candidate positions for a name next to the end point of its curve, pixels.
 
     With `crowd`, other curves end nearby, and the positions directly at the end point are left out. With `led`,
-    positions
-    farther away, with a leader line, are added.
+    positions farther away, with a leader line, are added.
     """
     x, y = end
     if not crowd:

@@ -301,8 +301,7 @@ def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> 
     """Return five table cells on the convergence of a value with mesh refinement.
 
     They are the value `finest` on the finest mesh, the order of convergence, the extrapolated limit, the grid
-    convergence
-    index, and whether the meshes are in the asymptotic range.
+    convergence index, and whether the meshes are in the asymptotic range.
     """
     mark = "" if found.asymptotic else " ‡"
     order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark
@@ -337,8 +336,7 @@ def distances(view: SceneView) -> str:
     """Return a table of the differences between the deformed shapes of all models and references.
 
     A difference is the relative l2 norm of the displacement difference at shared points. The table is empty if there
-    are
-    fewer than two results.
+    are fewer than two results.
     """
     known = view.analysis.distances
     names = known.names

@@ -1,4 +1,4 @@
-"""View of one scene of a comparison for page and terminal: points, lines, styles, and formatted numbers."""
+"""View of one scene of a comparison, for page and terminal: configurations, lines, styles and formatted numbers."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
 
 @dataclass(frozen=True)
 class SceneView:
-    """Data of one scene for the page and terminal table of a comparison.
+    """Data of one scene of a comparison, for the page and the terminal table.
 
-    If a sweep changes the reference, a scene has several problems. Then a view has the data of only one of them.
+    If a sweep changes the reference, the scene has several problems, and each view has the data of one of them.
     """
 
     number: int
@@ -81,7 +81,7 @@ class SceneView:
 
     @property
     def lines(self) -> Sequence[RefinementLine]:
-        """Refinement lines of all models: the configurations of a model that differ in one number, in its order."""
+        """Refinement lines of all models: configurations that differ in one number only, in its order."""
         return self.analysis.lines
 
     @property
@@ -102,12 +102,12 @@ class SceneView:
 
     @cached_property
     def by_key(self) -> dict[str, ComparedPoint]:
-        """Points by key; if a configuration is in several studies, its first point."""
+        """Solved configurations by key; one that is in several studies is taken from the first of them."""
         return {p.key: p for p in reversed(self.points)}
 
     @cached_property
     def distinct_points(self) -> list[ComparedPoint]:
-        """Points without repetitions of the same key and label."""
+        """Solved configurations, each once, although it may be in several studies."""
         return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
     @cached_property
@@ -123,19 +123,19 @@ class SceneView:
         return found
 
     def effort(self, point: ComparedPoint) -> Spread | None:
-        """Return the effort of a point, a time, s, or a number of unknowns; None if unknown."""
+        """Return the effort of a configuration, a time, s, or a number of unknowns; None if unknown."""
         return point.effort(self.clock)
 
     def pareto_metrics(self, point: ComparedPoint) -> list[str]:
-        """Return the names of the error metrics for which a point is on the Pareto front."""
+        """Return the names of the error metrics for which a configuration is on the Pareto front."""
         return [name for name, own in self.metrics.items() if point.key in own.front]
 
     def disturbed(self, point: ComparedPoint) -> bool:
-        """Return whether the timing of a point was disturbed, if times are compared."""
+        """Return whether times are compared and the timing of a configuration was disturbed."""
         return self.timed and point.cost.contaminated
 
     def amount(self, value: float, metric: str, digits: int = 3) -> str:
-        """Return a value of an error metric as text."""
+        """Return a value of an error metric as text with its unit."""
         return format_quantity(value, self.metrics[metric].unit, digits, percent=True)
 
     def format_effort(self, spread: Spread) -> str:
@@ -177,9 +177,8 @@ def separate_problems_note(own: Sequence[SceneView]) -> str:
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
     """Return the title of each scene by its name.
 
-    `entries` are the records of the scenes, `names` the names by which points refer to scenes. Scenes with equal titles
-    get
-    the name of their file in brackets. A name without a record is its own title.
+    `entries` are the records of the scenes, and `names` the names by which configurations refer to them. Scenes
+    with equal titles get the name of their file in brackets. A name without a record is its own title.
     """
     found, files = {}, {}
     for i, name in enumerate(names):
@@ -192,11 +191,11 @@ def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str
 
 
 def _scene_names(entry: Json) -> set[str]:
-    """Return the names by which points may refer to a scene."""
+    """Return the names by which configurations may refer to a scene."""
     file = str(entry.get("file") or "").replace("\\", "/").rpartition("/")[2]
     return {str(entry.get("name")), str(entry.get("title")), file, file.rpartition(".")[0]}
 
 
 def status_of(status: str) -> str:
-    """Return a status as text."""
+    """Return the status of a model in words, such as `timed out`."""
     return "timed out" if status == "timed_out" else status.replace("_", " ")

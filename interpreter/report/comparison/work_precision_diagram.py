@@ -51,9 +51,9 @@ class _Row:
 
 @dataclass(frozen=True)
 class Diagram:
-    """Diagram of one error metric of one scene against the effort.
+    """Diagram of one error metric of one scene against the effort, a time or the number of unknowns.
 
-    With `frames` the abscissa is the time that must fit into a frame.
+    With `frames`, the horizontal axis is the computing time that must fit into one frame for real time.
     """
 
     view: SceneView
@@ -63,7 +63,7 @@ class Diagram:
 
     @property
     def known(self) -> ErrorAnalysis:
-        """Analysis of the error metric."""
+        """Analysis of the metric, with its Pareto front and uncertainty."""
         return self.view.metrics[self.metric]
 
     @property
@@ -89,7 +89,7 @@ class Diagram:
 
     @property
     def clock(self) -> str:
-        """Kind of effort on the abscissa."""
+        """Kind of effort on the horizontal axis, such as CPU time."""
         return "wall_s" if self.frames else self.view.clock
 
     def figure(self) -> str:
@@ -156,7 +156,7 @@ class Diagram:
         return _decade_axis(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
 
     def place(self, row: _Row) -> Place | None:
-        """Return the position of a point in the plot; a point below the axis is drawn at its lower edge."""
+        """Return the position of a configuration in the plot; an error below the axis is drawn at its lower edge."""
         if row.effort is None or row.error is None:
             return None
         return row.effort.median, max(row.error, self.error_axis.low)
@@ -289,7 +289,7 @@ class Overlay:
     chart: Chart
 
     def markup(self) -> str:
-        """Return all marks as SVG, from back to front."""
+        """Return the SVG of all marks drawn over the diagram, from back to front."""
         parts = [self._uncertainty_band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.is_drawable]
         return "".join(

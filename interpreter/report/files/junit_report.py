@@ -25,8 +25,7 @@ def render(report: Report) -> str:
     """Return the report as JUnit XML.
 
     Failures are expectations that are not met, errors are models without a converged solution, skipped tests are
-    omitted
-    models.
+    omitted models.
     """
     suite = ElementTree.Element("testsuite", name=str(report.scene["title"]))
     _properties(suite, _suite_properties(report))

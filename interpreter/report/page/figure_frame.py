@@ -37,8 +37,7 @@ def figure_block(
     """Return the HTML of a figure.
 
     `caption` is markup, `save` the HTML link to the CSV file. `open_` names the curves that are shown initially, None
-    for
-    all.
+    for all.
     """
     drawing = tag("div", chart.svg(), class_="drawing")
     side = _legend(chart, open_) if legend else ""

@@ -32,8 +32,7 @@ def document(
     """Return a complete HTML5 document with `sections` (id, markup) and links to non-empty sections.
 
     `numbers` is the name of the file with all numbers. `curves` is the largest number of curves in a figure. `styles`
-    and
-    `scripts` are files of this package to include.
+    and `scripts` are files of this package to include.
     """
     items = [tag("li", tag("a", _heading(markup), href=f"#{key}")) for key, markup in sections if markup]
     body = tag(

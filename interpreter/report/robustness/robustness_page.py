@@ -197,7 +197,7 @@ def _remedy_list(stress: Robustness) -> str:
 
 
 def _points(stress: Robustness) -> str:
-    """Return the table of all points."""
+    """Return an HTML table of all solved configurations with their class, errors and message."""
     rows = [_point(p) for p in stress.points]
     if not rows:
         return ""
@@ -220,7 +220,7 @@ def _point(point: RobustnessPoint) -> str:
 
 
 def _provenance(stress: Robustness) -> str:
-    """Return the command, the environment and the scene."""
+    """Return the HTML section with the command, the environment and the scene of the study."""
     repeat = tag("p", "To rerun this study:") + _command(stress.command) if stress.command else ""
     return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), scene_listing(stress.scene))
 

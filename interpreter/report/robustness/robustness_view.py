@@ -86,8 +86,7 @@ def scale_coordinate(kind: str, value: Any, marks: Sequence[Any]) -> float:
     """Return the coordinate of a value on a scale of the given kind, which increases along the scale.
 
     Kinds: `log` and `linear`; `gap`, logarithmic in the distance to the limit GAP_LIMIT; `turn`, evenly spaced in the
-    order
-    of `marks`.
+    order of `marks`.
     """
     if kind == "turn":
         return float(list(marks).index(value)) if value in marks else 0.0

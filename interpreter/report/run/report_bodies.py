@@ -22,9 +22,8 @@ class BodyResults:
 def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
     """Return the results of each body, in the order of the report.
 
-    If bodies cannot be distinguished, return one entry without a name. A metric without a body, such as a time, belongs
-    to
-    all bodies.
+    If bodies cannot be distinguished, return one entry without a name. A metric without a body, such as a time,
+    belongs to all bodies.
     """
     links, everyone = (
         _group_linked_names(findings),

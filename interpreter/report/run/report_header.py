@@ -11,7 +11,7 @@ SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
 
 
 def header(findings: ReportSummary) -> str:
-    """Return the HTML of the header."""
+    """Return the HTML header of the report page."""
     mood, words = findings.status
     sign = tag("span", SIGNS[mood], class_="sign", aria_hidden="true")
     status = tag("p", sign, " ", prose(words + "."), class_=f"callout {mood}")

@@ -73,7 +73,7 @@ SECTIONS: tuple[tuple[str, Callable[[ReportSummary], str]], ...] = (
 def render(report: Report) -> str:
     """Return the page as a complete HTML5 document that needs no network.
 
-    Without JavaScript, shapes are still pictures.
+    A browser without JavaScript shows the surfaces as still pictures.
     """
     findings = ReportSummary(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]

@@ -11,7 +11,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import make_all_visible
 from softmark.interpreter.language import units
-from softmark.interpreter.language.number_formatting import format_moment_unit, is_negligible
+from softmark.interpreter.language.number_formatting import format_moment_unit, is_negligible, round_significant
 from softmark.interpreter.report.run import reused_results
 from softmark.interpreter.report.run.figures import state_charts
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
@@ -127,7 +127,7 @@ EFFORT = ("unknowns", "newton", "time", "")
 
 @dataclass(frozen=True)
 class _Rows:
-    """Table of the results of one body as text."""
+    """Terminal table with the results of one body."""
 
     findings: ReportSummary
     body: BodyResults
@@ -150,7 +150,7 @@ class _Rows:
 
         Columns that do not fit follow below, with the names repeated.
         """
-        head = ["", *(m.name for m in self.metrics), *EFFORT]
+        head = ["", *map(_heading, self.metrics), *EFFORT]
         rows = [self._row(n, self.findings.all_results[n]) for n in self.body.results]
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
         blocks = _split_columns(widths, room, len(EFFORT))
@@ -242,14 +242,21 @@ def _shorten_time(clock: str) -> str:
 
 
 def _real_time_verdict(found: MetricResult) -> str:
-    """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x too slow`.
+    """Return a real-time verdict such as `yes, uses 54 % of 40 ms` or `NO, takes 3.77 x 40 ms`.
 
-    If a time step is longer than a frame, the model can never be fast enough.
+    If a time step is longer than a frame, the model can never be fast enough: `NO, step over 40 ms`.
     """
-    margin = float(found.details.get("margin", 0.0))
+    used = 1.0 - float(found.details.get("margin", 0.0))
+    limit = units.format_value(round_significant(found.details["limit_s"], 3), units.TIME)
     if found.details["verdict"]:
-        return f"yes, {100 * margin:.0f} % left"
-    return f"NO, {1 - margin:.3g} x too slow" if margin < 0 else "NO, step too long"
+        return f"yes, uses {100 * used:.3g} % of {limit}"
+    frame = units.format_value(round_significant(1.0 / found.details["rate_Hz"], 3), units.TIME)
+    return f"NO, takes {used:.3g} x {limit}" if used > 1.0 else f"NO, step over {frame}"
+
+
+def _heading(metric: MetricColumn) -> str:
+    """Return the heading of a metric's column: its name, with `(real time)` if the column shows verdicts."""
+    return f"{metric.name} (real time)" if metric.clock else metric.name
 
 
 def _amount(value: float, unit_text: str) -> str:

@@ -13,9 +13,10 @@ SEVERAL = 8  # names of one run that are listed
 
 
 def sentence(report: Report, quote: str = "") -> str:
-    """Return the note as text, with names between `quote` characters; empty if nothing was reused.
+    """Return a sentence on the results that were reused from an earlier run; empty if there are none.
 
-    For example: `reused from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`.
+    Names stand between `quote` characters. For example: `reused from the run of 23 November 2026, 17:54 UTC, with
+    its times: rod, theory; ...`.
     """
     by_date: dict[str, list[str]] = {}
     for result in report.outcomes:
@@ -33,6 +34,6 @@ def _join_first_names(names: list[str]) -> str:
 
 
 def note(report: Report) -> str:
-    """Return the note as HTML for the top of the page."""
+    """Return an HTML note, for the top of the page, on results that were reused from an earlier run."""
     said = sentence(report, "`")
     return tag("p", prose(f"{said[:1].upper()}{said[1:]}."), class_="kept where") if said else ""

@@ -60,8 +60,7 @@ def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, 
     """Return the HTML section with the figure; empty without shapes.
 
     Surfaces have at most `points` points and take about `room` bytes. With `stills` there are still pictures for
-    readers
-    without scripts.
+    readers without scripts.
     """
     given = {n: r.shape for n, r in _references_first(findings) if r.shape is not None and _is_drawable(r.shape)}
     if not given:
@@ -76,7 +75,7 @@ def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, 
 
 
 def _references_first(findings: ReportSummary) -> Iterator[tuple[str, Result]]:
-    """Yield the references, as in the paper, and then the models."""
+    """Yield the names and results of all references, and then those of all models."""
     yield from findings.report.references.items()
     yield from findings.report.models.items()
 
@@ -114,7 +113,7 @@ class _Shapes:
 
     @cached_property
     def most(self) -> float:
-        """Largest error of all deformed surfaces, m."""
+        """Largest error of all deformed surfaces in the figure, m."""
         return max((float(e.max()) for e in self.errors.values()), default=0.0)
 
     @cached_property
@@ -149,13 +148,13 @@ class _Shapes:
 
     @cached_property
     def against(self) -> str:
-        """Reference of the errors as text."""
+        """Name of the reference of the shown errors, as text; `its reference` if there are several."""
         names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
         return f"`{names[0]}`" if len(names) == 1 else "its reference"
 
     @cached_property
     def dynamic(self) -> bool:
-        """True if there are several frames."""
+        """True if a surface has several frames, one for each time or state."""
         return any(s.frames is not None for s in self.shapes.values())
 
     @cached_property
@@ -170,7 +169,7 @@ class _Shapes:
 
     @property
     def in_states(self) -> bool:
-        """True if frames are states rather than times."""
+        """True if the frames show states of a static analysis, not times."""
         return any(s.labels for s in self.shapes.values())
 
     def figure(self) -> str:

@@ -42,9 +42,8 @@ def toolbar(
 
     `names` has name, colour sample, CSS classes and initial visibility of each shape. `errors` is true if there are
     errors to show as colours, `beside` if shapes are initially side by side. `ghosts` has index, name and initial
-    choice of
-    each reference that can be drawn behind the shapes. `carried` are names of fields, such as stress, that colours can
-    show.
+    choice of each reference that can be drawn behind the shapes. `carried` are names of fields, such as stress, that
+    colours can show.
     """
     key, first = kind.key, 0 if beside else 1
     groups = [_option_group("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
@@ -123,8 +122,7 @@ def colour_bar(most: float, clipped: float, name: str) -> str:
     """Return the HTML of the colour bar of errors with three scales.
 
     They go up to the largest error `most`, m, up to the end of the typical range `clipped`, m, and over DECADES
-    decades. The
-    style sheet shows the scale that the reader chose.
+    decades. The style sheet shows the scale that the reader chose.
     """
     top, cut = most or 1e-9, clipped or most or 1e-9
     scales = scale_below(linear(0.0, top, name, "m", 6), "full", "")

@@ -77,7 +77,11 @@ def _separate_ends(low: float, high: float, floor: float) -> tuple[float, float]
 
 @dataclass(frozen=True)
 class FieldColours:
-    """Fields of a figure besides the errors; `given` are shapes with all points, `shapes` the drawn ones."""
+    """Stress, strain and contact fields that a figure can show as colour, with their scales.
+
+    `given` are the surfaces with all points of the results, and `shapes` the reduced surfaces that the page
+    draws.
+    """
 
     given: Mapping[str, DrawnSurface]
     shapes: Mapping[str, DrawnSurface]
@@ -85,7 +89,7 @@ class FieldColours:
 
     @cached_property
     def models(self) -> dict[str, DrawnSurface]:
-        """Models that have fields, by name."""
+        """Surfaces of the models that have fields, by the name of the model."""
         return {n: s for n, s in self.given.items() if s.carried}
 
     @cached_property
@@ -97,7 +101,7 @@ class FieldColours:
 
     @property
     def places(self) -> list[int]:
-        """Indices of the available fields."""
+        """Indices of the available fields among the requested fields."""
         return list(self.known)
 
     @property

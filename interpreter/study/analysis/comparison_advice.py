@@ -18,7 +18,7 @@ NAMED = 6  # maximum number of indistinguishable configurations named
 
 @dataclass(frozen=True)
 class AdviceQuestion:
-    """Input from which advice is derived: one error metric of a scene, error levels, and the data of each point.
+    """Data from which advice is derived: one error metric of a scene, error levels, and all configurations.
 
     `doubts` maps the key of a configuration to the reason why its refinement study is outside the asymptotic range.
     """
@@ -84,13 +84,13 @@ class Advice(JsonRecord):
 
     @property
     def factor(self) -> float | None:
-        """Ratio of the effort of the runner-up, which is another model, to the effort of the winner."""
+        """Ratio of the effort of the best configuration of another model to the effort of the winner."""
         if self.winner is None or self.runner_up is None or self.winner.effort.median <= 0:
             return None
         return self.runner_up.effort.median / self.winner.effort.median
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including those of the question."""
+        """Return the JSON entries of the advice, together with those of its question."""
         return {
             "scene": self.question.scene, "metric": self.question.metric, "against": self.question.against,
             "text": self.text, "level": self.level, "decidable": self.decidable, "factor": self.factor,

@@ -119,7 +119,7 @@ class ErrorAnalysis(JsonRecord):
         return self.judged.uncertainty
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including the excluded points with the reasons."""
+        """Return the JSON entries, with the excluded configurations and the reasons."""
         left_out = [{"key": k, "label": label, "reason": why} for k, (label, why) in self.judged.left_out.items()]
         return {
             "unit": self.unit, "against": self.against, "uncertainty": self.uncertainty or None,
@@ -154,7 +154,7 @@ class TimingQuality(JsonRecord):
 
 @dataclass(frozen=True)
 class SceneAnalysis(JsonRecord):
-    """Analysis of configurations that compete with each other: those of one scene and one problem."""
+    """Analysis of configurations that are compared with each other: one scene with one reference solution."""
 
     scene: str
     problem: Mapping[str, str]
@@ -180,7 +180,7 @@ class SceneAnalysis(JsonRecord):
 class Analysis(JsonRecord):
     """Analysis of a comparison, as the entry `analysis` of `softmark-compare/1`.
 
-    Configurations compete only within one group (`ComparedPoint.part`); each group is an entry of `scenes`.
+    Configurations are compared only within one group (`ComparedPoint.part`); each group is an entry of `scenes`.
     """
 
     options: ComparisonTerms
@@ -188,7 +188,7 @@ class Analysis(JsonRecord):
 
     @property
     def advice(self) -> list[Advice]:
-        """Advice of all scenes."""
+        """Recommendations for all scenes of the comparison."""
         return [advice for own in self.scenes.values() for advice in own.advice]
 
     def entries(self) -> Mapping[str, object]:
@@ -205,10 +205,10 @@ def analyse(
     studies: Mapping[str, Mapping[str, Study]] | None = None,
     terms: ComparisonTerms | None = None,
 ) -> Analysis:
-    """Analyse the points of each scene separately.
+    """Analyse the configurations of each scene separately.
 
-    If a sweep changes the reference of the errors, the points of each of its values are analysed separately too.
-    `references` are given by group (`ComparedPoint.part`), `studies` by scene.
+    If a sweep changes the reference of the errors, the configurations with each of its values are also analysed
+    separately. `references` are given by group (`ComparedPoint.part`), `studies` by scene.
     """
     own: dict[str, list[ComparedPoint]] = {part: [] for part in (*(p.part for p in points), *references)}
     for p in points:
@@ -262,7 +262,8 @@ def _answers(
 ) -> list[Answer]:
     """Return the answers to the studies of a scene.
 
-    Each group of points has its own Pareto fronts. Convergence is answered once, over all groups of the scene.
+    Each group of configurations has its own Pareto fronts. Convergence is answered once, over all groups of the
+    scene.
     """
     scene = parts[part][0].scene
     own = {name: points for name, points in parts.items() if points and points[0].scene == scene}

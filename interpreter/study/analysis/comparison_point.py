@@ -1,7 +1,8 @@
-"""Points of a comparison: each is one configuration with its effort, errors, displacements and resolution.
+"""Results of one configuration of a comparison (a point): effort, errors, displacements and resolution.
 
 A point is read only by `ComparedPoint.from_json`, from the JSON of a task, of a journal or of a saved
-`softmark-compare/1`. Entries that older versions did not write have defaults. This module computes no error or time.
+`softmark-compare/1`. Entries that older versions did not write have defaults. This module computes no error or
+time.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ class Cost:
         )  # fmt: skip
 
     def spread(self, clock: str) -> Spread | None:
-        """Return the time measured by a clock, s; the clock is one of the names in SPREADS."""
+        """Return the time that a clock measured, s, with its quartiles; the clock is one of the names in SPREADS."""
         found: Spread | None = getattr(self, clock)
         return found
 
@@ -139,7 +140,7 @@ NOT_MEASURED = PointError()
 
 @dataclass(frozen=True)
 class Fineness(JsonRecord):
-    """Resolution of a configuration: cell size, segments and time step, with their theoretical orders."""
+    """Resolution of a configuration: cell size, number of segments and time step, with their theoretical orders."""
 
     of: Mapping[str, float] = field(default_factory=dict)  # size, segments and step, if the model has them
     formal: Mapping[str, float] = field(default_factory=dict)  # theoretical order of displacements for each
@@ -165,7 +166,7 @@ class ReducedFrom(JsonRecord):
 
 @dataclass(frozen=True)
 class ComparedPoint:
-    """Point of a comparison: one model of a scene with one set of varied values, and its results."""
+    """Results of one configuration of a comparison: one model of a scene with one set of varied values."""
 
     key: str
     scene: str
@@ -192,7 +193,7 @@ class ComparedPoint:
 
     @classmethod
     def from_json(cls, found: Json) -> ComparedPoint:
-        """Read a point from an entry of `softmark-compare/1`."""
+        """Read the results of a configuration from an entry of `softmark-compare/1`."""
         size, solve, fineness = found.get("size") or {}, found.get("solve") or {}, found.get("resolution")
         return cls(
             key=str(found.get("key")), scene=str(found.get("scene")), model=str(found.get("model")),
@@ -225,9 +226,10 @@ class ComparedPoint:
 
     @property
     def part(self) -> str:
-        """Name of the group of configurations that compete with this one, such as `beam, E = 30 kPa`.
+        """Name of the group of configurations with which this one is compared, such as `beam, E = 30 kPa`.
 
-        A group has the same scene and the same values of those varied names that change the reference of the errors.
+        Errors are comparable only within a group: its configurations have the same scene, and the same values of all
+        varied quantities that change the reference.
         """
         return competition_group_name(self.scene, self.problem)
 
@@ -241,9 +243,9 @@ class ComparedPoint:
         return None if value is None else abs(float(value))
 
     def within(self, metric: str, largest: float) -> bool:
-        """Return whether an error is below the uncertainty of its reference.
+        """Return whether the error of a metric is below the uncertainty of its reference.
 
-        If this point states no uncertainty, `largest` is used instead.
+        If the configuration states no uncertainty, `largest` is used in its place.
         """
         error, own = self.error(metric), self.uncertainty(metric)
         return error is not None and error < (largest if own is None else own)
@@ -261,7 +263,7 @@ class ComparedPoint:
         return found if found is not None and found.median > 0 else None
 
     def other_values(self, varied: str | None) -> tuple[tuple[str, str], ...]:
-        """Return all varied names except `varied`, with their values."""
+        """Return the names and values of all varied quantities of this configuration, except the quantity `varied`."""
         return tuple((name, text) for name, text in self.variation.items() if name != varied)
 
 
@@ -270,7 +272,10 @@ def _texts(found: Json | None) -> dict[str, str]:
 
 
 def competition_group_name(scene: str, problem: Mapping[str, str]) -> str:
-    """Return the name of the group in which a configuration competes, such as `beam, E = 30 kPa`."""
+    """Return the name of the group of comparable configurations, such as `beam, E = 30 kPa`.
+
+    `problem` has the varied values that change the reference.
+    """
     return ", ".join((scene, *(f"{name} = {text}" for name, text in problem.items())))
 
 
@@ -291,7 +296,7 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
 
 
 def choose_effort_kind(points: Sequence[ComparedPoint], asked: str | None = None) -> str:
-    """Return the kind of effort by which points are compared.
+    """Return the kind of effort by which configurations are compared.
 
     It is the requested one, by default CPU time, or the number of unknowns if nothing was timed.
     """
@@ -309,10 +314,10 @@ def uncertainty_of(points: Iterable[ComparedPoint], metric: str) -> float:
 
 
 def unit_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
-    """Return the unit of a metric, from the first point that has this metric."""
+    """Return the unit of a metric, from the first configuration that has this metric."""
     return next((unit for p in points if (unit := p.metric(metric).unit) is not None), None)
 
 
 def reference_name_of_metric(points: Iterable[ComparedPoint], metric: str) -> str | None:
-    """Return the name of the reference of a metric, from the first point that has this metric."""
+    """Return the name of the reference of a metric, from the first configuration that has this metric."""
     return next((name for p in points if (name := p.metric(metric).against) is not None), None)

@@ -14,7 +14,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class ComparisonRecord:
-    """Comparison read from JSON: its points, their references, and the analysis."""
+    """Comparison read from JSON: the results of its configurations, their references, and the analysis."""
 
     points: Sequence[ComparedPoint]
     references: Mapping[str, References]  # by parts

@@ -20,7 +20,7 @@ Probes = Mapping[str, ProbeTrace]
 
 @dataclass(frozen=True)
 class NoDistance(JsonRecord):
-    """Reason why the distance of a row from a column is undefined."""
+    """Reason why a distance in the table of distances is undefined, with its row and column."""
 
     row: str
     column: str

@@ -68,7 +68,7 @@ class Candidate(JsonRecord):
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries: label, effort, error and others."""
+        """Return the JSON entries: label, effort, error and the other fields."""
         return {
             "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
             "within_uncertainty": self.within, "capped": self.capped, "contaminated": self.contaminated,
@@ -77,7 +77,7 @@ class Candidate(JsonRecord):
 
 @dataclass(frozen=True)
 class JudgedPoints:
-    """Points of one scene that count for one error metric, and the excluded points with the reasons."""
+    """Configurations of one scene that count for one error metric, and the excluded ones with reasons."""
 
     metric: str
     clock: str
@@ -89,7 +89,10 @@ class JudgedPoints:
 def judge_points(
     points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False
 ) -> JudgedPoints:
-    """Return the points of one scene that count for an error metric, and the excluded points with the reasons."""
+    """Return the configurations of one scene that count for an error metric, and the excluded ones with reasons.
+
+    `clock` is the kind of effort. Disturbed timings count only if `allow_contaminated`.
+    """
     uncertainty = uncertainty_of(points, metric)
     judged = JudgedPoints(metric, clock, uncertainty, {}, {})
     first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
@@ -105,7 +108,7 @@ def judge_points(
 def _candidate_or_reason(
     point: ComparedPoint, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
 ) -> Candidate | str:  # fmt: skip
-    """Return a point as a candidate, or the reason why it does not count."""
+    """Return a configuration as a candidate for the Pareto front, or the reason why it does not count."""
     error, effort = point.error(metric), point.effort(clock)
     if not point.solved:
         return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
@@ -216,10 +219,11 @@ def _interpolate_logarithmically(x: float, y: float, s: float) -> float:
 
 
 def error_levels(unit: str, scale: float | None, errors: Iterable[float]) -> list[float]:
-    """Return useful levels of an error metric, the largest first.
+    """Return error levels that are useful in a recommendation, the largest first.
 
-    For dimensionless errors they are 10, 5 and 1 %. For lengths they are round values near 10, 5 and 1 % of `scale`,
-    the largest displacement, m. For other units they are at most three powers of ten within the range of `errors`.
+    For dimensionless errors they are 10, 5 and 1 %. For lengths they are round values near 10, 5 and 1 % of
+    `scale`, the largest displacement, m. For other units they are at most three powers of ten within the range of
+    `errors`.
     """
     if unit in ("1", ""):
         return list(RELATIVE)
@@ -258,7 +262,7 @@ class BestInFrame(JsonRecord):
 
     @property
     def margin(self) -> float | None:
-        """Unused fraction of the frame time."""
+        """Fraction of the frame time that the computation leaves unused."""
         return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
 
     def entries(self) -> Mapping[str, object]:

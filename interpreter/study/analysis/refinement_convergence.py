@@ -44,7 +44,7 @@ class ErrorTrend(JsonRecord):
     order: ErrorOrder
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including those of the order."""
+        """Return the JSON entries of the trend and of its convergence order."""
         return {"unit": self.unit, "cut": self.cut, **self.order.to_json()}
 
 
@@ -64,7 +64,7 @@ class Limit(JsonRecord):
     refined: ConvergenceEstimate
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including those of the estimated limit."""
+        """Return the JSON entries, with those of the estimated limit."""
         own = {self.kind: self.of, "what": self.what, "unit": self.unit}
         return {**own, "finest": self.finest, **self.refined.to_json()}
 
@@ -95,7 +95,7 @@ class LineOrders(JsonRecord):
 
     @property
     def asymptotic(self) -> bool:
-        """True if the orders are reliable."""
+        """True if the observed convergence orders are reliable, because no doubt about them was found."""
         return self.doubt is None
 
     def doubt_of(self, metric: str) -> str | None:

@@ -25,7 +25,7 @@ class RefinementLine(JsonRecord):
 
     @cached_property
     def keys(self) -> list[str]:
-        """Keys of the configurations."""
+        """Keys that identify the configurations of the line, in its order."""
         return [p.key for p in self.members]
 
     @property
@@ -93,7 +93,7 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
 
 
 def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
-    """Return the varied names that control the resolution of some model and not the problem that it solves."""
+    """Return the varied names that control the resolution of a model and do not change the problem it solves."""
     names = dict.fromkeys(n for p in points for n in p.variation)
     what = _resolution if any(_resolution(p) for p in points) else _dof_count
     families = [[p for p in points if p.model == m] for m in dict.fromkeys(p.model for p in points)]
@@ -101,7 +101,7 @@ def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
 
 
 def _resolution(point: ComparedPoint) -> Hashable:
-    """Return the resolution of a point, or None if it is not known."""
+    """Return the resolution of a configuration, or None if it is not known."""
     return tuple(sorted(point.fineness.of.items())) if point.fineness else None
 
 
@@ -110,7 +110,7 @@ def _dof_count(point: ComparedPoint) -> Hashable:
 
 
 def _is_changed_by(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
-    """Return whether changing only the number `name` changes the value of the function `what` between two points."""
+    """Return whether the function `what` has two values for configurations that differ only in the number `name`."""
     seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
     for point in members:
         if value := what(point):
@@ -119,7 +119,7 @@ def _is_changed_by(members: Sequence[ComparedPoint], name: str, what: Callable[[
 
 
 def _sort_coarse_to_fine(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
-    """Return the points from coarse to fine, reversed if the number of unknowns decreases along them."""
+    """Return the configurations from coarse to fine: in reverse order if the number of unknowns decreases."""
     sizes = [p.dofs for p in ordered if p.dofs]
     return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered
 

@@ -67,7 +67,7 @@ def kind_of(found: Any, name: str) -> str:
 
 @dataclass(frozen=True)
 class FactChange(JsonRecord):
-    """Change of a fact other than a number, such as a version; None for a result without this fact."""
+    """Change of a fact other than a number, such as a version; a result without this fact has None."""
 
     what: str
     old: Any

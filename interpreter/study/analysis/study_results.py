@@ -51,7 +51,7 @@ class LineConvergence(JsonRecord):
         return self.refined or ConvergenceEstimate("unusable", self.reason)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including those of the estimated limit if there is one."""
+        """Return the JSON entries of the line, with the estimated limit if there is one."""
         own = {"line": self.line, "unit": self.unit}
         if self.refined is not None:
             return {**own, "members": self.members, "finest": self.finest, **self.refined.to_json()}
@@ -96,7 +96,7 @@ def _line_convergence(line: RefinementLine, metric: str, unit: str | None) -> Li
 
 @dataclass(frozen=True)
 class FrontMember(JsonRecord):
-    """Configuration on a Pareto front."""
+    """Configuration on a Pareto front of error and effort."""
 
     key: str
     label: str

@@ -67,9 +67,9 @@ def is_timed_solution(record: Record) -> bool:
 
 
 def usual_pace(records: Iterable[Record]) -> float | None:
-    """Return the pace of an undisturbed processor, s: the lower quartile of the paces of all runs of a comparison.
+    """Return the CPU time, s, of the fixed piece of work that measures processor speed, on an undisturbed processor.
 
-    The pace is the CPU time of a fixed piece of work. Return None if no run has one.
+    It is the lower quartile over all runs of a comparison; None if no run has measured it.
     """
     paces = [float(p) for r in records if is_timed_solution(r) and (p := r.get("pace_s"))]
     return summarize_spread(paces)["q1"] if paces else None
@@ -78,8 +78,7 @@ def usual_pace(records: Iterable[Record]) -> float | None:
 def disturbances(record: Record, pace: float | None = None) -> list[str]:
     """Return the names of the disturbances during a run, which are keys of DISTURBANCES.
 
-    `pace` is the usual pace of the runs with which this one is compared, s. A counter that the system lacks counts as
-    undisturbed.
+    `pace`, s, is the `usual_pace` of the compared runs. A counter that the system lacks counts as undisturbed.
     """
     seen = record.get("during") or {}
     wall = seen.get("wall_s") or 0.0
@@ -114,11 +113,11 @@ def reason_without_times(records: Sequence[Record]) -> str | None:
 
 
 def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> CostJson | None:
-    """Return medians and quartiles over the undisturbed runs of one job, or None if no run has a solution.
+    """Return medians and quartiles of times over the undisturbed runs of one job; None if no run has a solution.
 
-    `asked` is the number of undisturbed runs that were requested. `pace` is the usual pace of the whole comparison, s,
-    by default that of these runs. If there are too few undisturbed runs, wall times are those of all runs. CPU times
-    are then those of the runs at the usual pace, if these are enough.
+    `asked` is the number of undisturbed runs that were requested. `pace`, s, is the `usual_pace` of the whole
+    comparison, by default that of these runs. If too few runs are undisturbed, wall times are taken from all
+    runs, and CPU times from the runs at the usual pace, if these are enough.
     """
     runs = [r for r in records if is_timed_solution(r)]
     if not runs:

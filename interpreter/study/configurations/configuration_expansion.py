@@ -308,7 +308,7 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
 
 
 def _affects_models(scene: Scene, varied: str, needed: Sequence[str]) -> bool:
-    """Return whether a varied name can affect the models `needed`: fields of other models cannot."""
+    """Return whether a varied name can affect the models `needed`; fields of other models cannot."""
     owner = varied.partition(".")[0]
     return owner in needed or owner not in scene.of_kind("model")
 

@@ -1,7 +1,7 @@
 """Computation of one configuration in this process (`perform`), with its outcome as JSON.
 
-Errors of a scene or a solver raise no exception. A variation that cannot be built becomes a failed point, and the study
-continues.
+Errors of a scene or a solver raise no exception. A variation that cannot be built gets the status `failed`, and
+the study continues.
 """
 
 from __future__ import annotations

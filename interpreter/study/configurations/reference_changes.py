@@ -29,7 +29,7 @@ SAME = 1e-4  # relative difference below which references are equal up to solver
 def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
     """Return for each reference of a model's errors a few numbers that identify it.
 
-    They are |X|, |u| and weighted sums of X and u, m, for each probe with points X and displacements u. A reference
+    For each probe with points X and displacements u these are |X|, |u| and weighted sums of X and u, m. A reference
     without displacements, such as a surface, is identified by its declaration and its files.
     """
     found: dict[str, Trace] = {}
@@ -63,7 +63,7 @@ def _is_different(a: Trace, b: Trace) -> bool:
 
 
 def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the points with an entry `problem`: those varied values that change the reference of the errors."""
+    """Return the results with an entry `problem`: the varied values that change the reference of the errors."""
     changing: dict[str, set[str]] = {}
     for scene in dict.fromkeys(str(p["scene"]) for p in points):
         changing[scene] = _changing_names([p for p in points if str(p["scene"]) == scene])

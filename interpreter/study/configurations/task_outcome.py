@@ -96,7 +96,7 @@ class TaskAttempt(JsonRecord):
 
     @property
     def status(self) -> str:
-        """Status of the computed point."""
+        """Status of the solution, such as `converged` or `timed_out`."""
         raise NotImplementedError
 
     def is_worth_retrying(self, timeout: float | None) -> bool:
@@ -110,7 +110,7 @@ class TaskAttempt(JsonRecord):
 
 @dataclass(frozen=True)
 class PointOutcome(TaskAttempt):
-    """Outcome of a task: `point` is its entry in `softmark-compare/1`.
+    """Outcome of the task that solves one configuration; `point` is its JSON entry in `softmark-compare/1`.
 
     `unfinished` is true if the task was lost or reached the time limit `limit_s`, so that another try may have a
     result.
@@ -133,7 +133,7 @@ class PointOutcome(TaskAttempt):
 
     @property
     def status(self) -> str:
-        """Status of the computed point."""
+        """Status of the solution, such as `converged` or `timed_out`."""
         return str(self.point["status"])
 
 
@@ -159,7 +159,7 @@ class PointError(JsonRecord):
 
 @dataclass(frozen=True)
 class PointWarning(JsonRecord):
-    """Warning about a point."""
+    """Warning about the solution of one configuration."""
 
     code: str
     message: str
@@ -181,7 +181,7 @@ class PointStatedErrors(StatedError):
 
 @dataclass(frozen=True)
 class PointSummary(JsonRecord):
-    """Results of a point without displacement fields."""
+    """Results of one configuration without displacement fields."""
 
     READ: ClassVar = {
         "errors": mapping_reader(PointError.from_json), "warnings": list_reader(PointWarning.from_json),

@@ -45,7 +45,7 @@ class TimingJob(JsonRecord):
 
     @property
     def called(self) -> str:
-        """Name of the job in messages."""
+        """Name of the timed configuration in messages."""
         return self.label or self.model
 
     @property

@@ -24,7 +24,7 @@ MET, NOT_MET, CANNOT_TELL = "met", "not_met", "cannot_tell"  # verdicts, as thos
 class CaseCard(JsonRecord):
     """Case on the leaderboard; its numbers are in `unit`.
 
-    `reason` is given if the scene could not be read, so that no model has an answer.
+    `reason` is given if the scene could not be read, so that no model has a result.
     """
 
     SELDOM: ClassVar = ("reason",)

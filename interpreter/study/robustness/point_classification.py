@@ -1,9 +1,10 @@
-"""Classification of the outcome of a task into one of nine classes.
+"""Classification of the outcome of one solution in a robustness study into nine classes.
 
 right | inaccurate | silent | not_converged | diverged | refused | failed | timed_out | unjudged
 
-An inaccurate result is admitted by the model; a silent one is wrong without a warning.
-interpreter/verification/error_estimate.py defines which warnings count as a model's doubts about its own accuracy.
+A wrong result is inaccurate if the model states this itself, and silent if it gives no warning.
+interpreter/verification/error_estimate.py defines which warnings count as a statement of a model about its
+own error.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ NOTHING = PointError(None, "1", None)
 def classify(
     outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None = None
 ) -> ClassifiedPoint:
-    """Return the class of an outcome of a task.
+    """Return the class of the outcome of a task, as one of the nine classes of this module.
 
     A result is right if its error `metric` is at most `within` plus the relative `uncertainty` of the reference.
     `doubt` is the reason why the reference is invalid for this scene, or None.
@@ -50,7 +51,10 @@ def _classify_answer(
     outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None,
     codes: tuple[str, ...],
 ) -> ClassifiedPoint:  # fmt: skip
-    """Return the class of an outcome whose model has a solution."""
+    """Return the class of an outcome with a solution: right, inaccurate, silent or unjudged.
+
+    The arguments are those of `classify`; `codes` are the codes of the warnings of the model.
+    """
     point = outcome.point
     stated, status = stated_of(point, metric), point.status
     entry = point.errors.get(metric, NOTHING)
@@ -105,7 +109,7 @@ def _reason_no_reference(name: str, truth: TruthStatement) -> str | None:
 
 
 def stated_of(point: PointSummary, metric: str) -> StatedError | None:
-    """Return the error that a model states of a metric; None if no statement was requested."""
+    """Return the error that a model states for a metric; None if no error statement was requested."""
     said = point.stated
     if said is None:
         return None
@@ -113,7 +117,7 @@ def stated_of(point: PointSummary, metric: str) -> StatedError | None:
 
 
 def find_admission(point: PointSummary, stated: StatedError | None, error: float) -> str | None:
-    """Return the model's own statement that its error may be as large as `error`, or None."""
+    """Return the text in which a model admits an error as large as `error`, or None if it does not."""
     if point.status == "capped":
         return "it was stopped by `max_iterations` and reports that"
     for warning in point.warnings:

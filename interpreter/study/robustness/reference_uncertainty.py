@@ -38,7 +38,7 @@ LINES = ("elastica", "simo_reissner", "small_deflection")
 
 @dataclass(frozen=True)
 class LeanReference(JsonRecord):
-    """Result of a reference reduced to its error, m, and the root mean square displacement of each probe, m."""
+    """Result of a reference in short: its error, m, and the root mean square displacement at each probe, m."""
 
     status: str
     message: str | None
@@ -48,7 +48,7 @@ class LeanReference(JsonRecord):
 
 @dataclass(frozen=True)
 class LeanOutcome(TaskAttempt):
-    """Outcome of a task reduced to the part that decides its class, without displacement fields."""
+    """Outcome of a task in short: the numbers that decide its class, without displacement fields."""
 
     READ: ClassVar = {
         "truths": PointOutcome.READ["truths"], "point": PointSummary.from_json,
@@ -67,7 +67,7 @@ class LeanOutcome(TaskAttempt):
 
     @property
     def status(self) -> str:
-        """Status of the computed point."""
+        """Status of the solution, such as `converged` or `timed_out`."""
         return self.point.status
 
 
@@ -87,7 +87,7 @@ def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str =
 
 
 def reduce_outcome(outcome: PointOutcome) -> LeanOutcome:
-    """Return the part of an outcome that decides its class."""
+    """Return an outcome without its displacement fields, with the numbers that decide its class."""
     references = {
         name: LeanReference(
             r.status, r.message, r.estimated_error, {n: _root_mean_square(p) for n, p in r.probes.items()}

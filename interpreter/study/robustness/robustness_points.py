@@ -1,4 +1,4 @@
-"""Points of a robustness study: the scene at given values, its errors, and its task with a key."""
+"""Scene of a robustness study with changed values: its errors, and the tasks that solve its models."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ Values = tuple[tuple[str, Value], ...]  # of quantities, in their order
 
 @dataclass(frozen=True)
 class SceneAtValues:
-    """Scene with changed values, and its errors.
+    """Scene with changed values, with the errors of its validation.
 
-    `theory` is the relative modelling error of its reference. `doubt` is the reason if the reference is invalid, else
-    None.
+    `theory` is the relative modelling error of its reference. `doubt` is the reason if the reference is invalid,
+    else None.
     """
 
     scene: Scene
@@ -54,7 +54,7 @@ class VariedScene:
         return next(q for q in self.asked.quantities if q.name == name)
 
     def values(self, changed: Mapping[str, Value]) -> Values:
-        """Return the given values that differ from the values of the scene, in the order of the study's quantities."""
+        """Return those of the given values that differ from the scene, in the order of the study's quantities."""
         named = ((q, changed.get(q.name, q.nominal)) for q in self.asked.quantities)
         return tuple((q.name, v) for q, v in named if v != q.nominal)
 
@@ -98,7 +98,7 @@ class VariedScene:
         return TruthRequest(self.asked.against, self.asked.metric)
 
     def refusal(self, values: Values, model: str) -> ClassifiedPoint | None:
-        """Return the class of a point whose scene has errors that concern the model; None if there are none."""
+        """Return the class of a model that validation refuses at these values; None without errors about it."""
         site = self.scene_at(values)
         if not site.errors:
             return None

@@ -22,7 +22,7 @@ WORST = ("silent", "failed", "timed_out", "diverged", "not_converged", "refused"
 
 @dataclass(frozen=True)
 class ClassifiedPoint(JsonRecord):
-    """Classification of a study point, such as right or wrong, with the numbers that decide it.
+    """Class of one result in a robustness study, such as right or wrong, with the numbers that decide the class.
 
     `uncertainty` is the relative uncertainty of the reference.
     """
@@ -42,13 +42,13 @@ class ClassifiedPoint(JsonRecord):
 
     @property
     def states(self) -> float | None:
-        """Error that the model states, or None."""
+        """Error that the model states for its result, or None."""
         return None if self.stated is None else self.stated.value
 
 
 @dataclass(frozen=True)
 class RobustnessPoint(JsonRecord):
-    """Point of a robustness study: a model with changed values, and the classification of its result."""
+    """One solved configuration of a robustness study: a model with changed values, and the class of its result."""
 
     model: str
     values: Mapping[str, Value]
@@ -58,14 +58,14 @@ class RobustnessPoint(JsonRecord):
     cpu_s: float | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, including those of the classification."""
+        """Return the JSON entries of the configuration and of its class."""
         own = replace(self.found, status=None).entries()
         return {"key": self.key, "model": self.model, "values": self.values, "texts": self.texts, **own,
                 "cpu_s": self.cpu_s}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """Read a point from its JSON entry."""
+        """Read a solved configuration from its JSON entry."""
         texts = own.get("texts") or {}
         return cls(own["model"], own["values"], ClassifiedPoint.from_json(own), texts, own["key"], own.get("cpu_s"))
 
@@ -104,7 +104,7 @@ class ValidityEdge(JsonRecord):
 
     @property
     def met(self) -> float | None:
-        """First tested value that has the class beyond the edge."""
+        """First tested value at which the result has the class beyond the edge."""
         return self.first_unjudged if self.word == "unjudged" else self.first_wrong
 
 
@@ -147,7 +147,7 @@ class ChoiceEdge(ValidityEdge):
 
 @dataclass(frozen=True)
 class PairMap(JsonRecord):
-    """Grid of points over a pair of quantities x and y, with class and error of each point; rows by y, columns by x."""
+    """Validity map: class and error of a model on a grid of values of two quantities, x in columns and y in rows."""
 
     model: str
     x: str
@@ -160,7 +160,7 @@ class PairMap(JsonRecord):
 
 @dataclass(frozen=True)
 class RobustnessStudyRecord(JsonRecord):
-    """Results of one robustness study: its points, validity edges and maps."""
+    """Results of one robustness study: its solved configurations, validity edges and maps."""
 
     READ: ClassVar = {
         "models": tuple, "quantities": list_reader(WalkedQuantity.from_json),
@@ -187,7 +187,7 @@ class RobustnessStudyRecord(JsonRecord):
 
 @dataclass(frozen=True)
 class RobustnessSummary(JsonRecord):
-    """Number of all points, of points in each class, and of silently wrong points."""
+    """Numbers of solved configurations: all, in each class, and wrong without a warning."""
 
     points: int
     classes: Mapping[str, int] = field(default_factory=dict)
@@ -210,24 +210,24 @@ class Robustness(JsonRecord):
     @classmethod
     def of(cls, created: str, environment: Mapping[str, Any], command: str, scene: Mapping[str, Any],
            studies: tuple[RobustnessStudyRecord, ...]) -> Self:  # fmt: skip
-        """Make the record of some studies, with a summary that counts their points."""
+        """Return the record of some studies, with a summary of the numbers of their solved configurations."""
         counts = Counter(p.found.word for s in studies for p in s.points)
         summary = RobustnessSummary(counts.total(), {word: counts[word] for word in CLASSES}, counts["silent"])
         return cls(created, environment, command, scene, studies, summary)
 
     @property
     def points(self) -> list[RobustnessPoint]:
-        """Points of all studies."""
+        """All solved configurations of all studies."""
         return [p for s in self.studies for p in s.points]
 
     @property
     def silent(self) -> list[RobustnessPoint]:
-        """Points that are wrong without a warning; a good model has none."""
+        """Configurations whose result is wrong without a warning; a good model has none."""
         return [p for p in self.points if p.found.word == "silent"]
 
     @property
     def exit_status(self) -> int:
-        """Exit status: 1 if a point is wrong without a warning, else 0, because a validity edge is no failure."""
+        """Exit status: 1 if a result is wrong without a warning, else 0. A validity edge is no failure."""
         return 1 if self.silent else 0
 
     def entries(self) -> Mapping[str, object]:

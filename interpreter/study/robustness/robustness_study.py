@@ -49,7 +49,7 @@ Then = Callable[[ClassifiedPoint], None]
 
 @dataclass(frozen=True)
 class RobustnessRequest:
-    """Settings of robustness studies: `timeout` is CPU time per point, s, `memory` the limit of each worker, GiB."""
+    """Settings of robustness studies: `timeout`, s of CPU time per solution, and `memory`, GiB per worker."""
 
     folder: Path
     models: tuple[str, ...] = ()
@@ -114,7 +114,10 @@ def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[Resolve
 
 @dataclass
 class StudyTrial:
-    """State of one robustness study while it runs."""
+    """State of one robustness study while it runs: requested and classified solutions, and walks.
+
+    A walk varies one quantity in one direction until the model fails.
+    """
 
     ground: VariedScene
     desk: TaskQueue
@@ -126,7 +129,7 @@ class StudyTrial:
 
     @property
     def asked(self) -> ResolvedStudy:
-        """Settings of the study."""
+        """Settings of the study: its models, varied quantities and metric."""
         return self.ground.asked
 
     def start(self) -> None:
@@ -149,7 +152,7 @@ class StudyTrial:
                 self._continue_walk(model, quantity, walk)
 
     def _continue_walk(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
-        """Request the next point of a walk; when its class is available, request the one after it."""
+        """Request the solution at the next position of a walk, and go on after each outcome until it is complete."""
         t = walk.next_position()
         if t is None:
             return
@@ -183,7 +186,7 @@ class StudyTrial:
     # ------------------------------------------------------------------ one point
 
     def look(self, model: str, changed: Mapping[str, Value], then: Then) -> None:
-        """Request the class of a point and call `then` with it when it is available."""
+        """Request the class of a model with changed values, and call `then` with it when it is available."""
         values = self.ground.values(changed)
         known = self.points.get((values, model))
         refused = self.ground.refusal(values, model) if known is None else None
@@ -215,7 +218,7 @@ class StudyTrial:
     # ------------------------------------------------------------------ maps
 
     def request_map_points(self) -> None:
-        """Request every point of all validity maps."""
+        """Request the solutions at all grid points of all validity maps."""
         for model, x, y, xs, ys in self._map_grids():
             for a in xs:
                 for b in ys:
@@ -260,7 +263,7 @@ class StudyTrial:
         )
 
     def _point_sort_key(self, point: RobustnessPoint) -> tuple[Any, ...]:
-        """Return the sort key of a point, so that results do not depend on the order in which they were computed."""
+        """Return a sort key for solved configurations, which does not depend on the order of computation."""
         names = [q.name for q in self.asked.quantities]
         own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
         return self.asked.models.index(point.model), len(own), own
@@ -278,7 +281,7 @@ class StudyTrial:
         return found
 
     def _walks_of_other_models(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
-        """Return the walks of other models along the same quantity in the same direction."""
+        """Return the walks of the other models, by model, along the same quantity in the same direction."""
         return {
             other: own for other in self.asked.models if other != model
             for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction

@@ -22,7 +22,7 @@ PATIENCE = 10.0  # ratio of the wall time limit to the CPU time limit
 
 @dataclass
 class TaskQueue:
-    """Queue of tasks, with known outcomes by key and waiting callbacks.
+    """Queue of tasks for worker processes, with the outcomes so far, by key, and the callbacks that wait for others.
 
     `memory` is the limit of each worker, GiB, `timeout` the CPU time of each task, s.
     """

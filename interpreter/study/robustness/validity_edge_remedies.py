@@ -39,7 +39,7 @@ BY_PART: dict[str, str] = {
 
 
 def reason_of(point: ClassifiedPoint) -> str:
-    """Return a short reason why a point is not right."""
+    """Return a short text on why the result of a configuration is not right."""
     doubt = next((DOUBTS[w] for w in point.warnings if w in DOUBTS), None)
     if point.word == "inaccurate" and doubt is not None:
         return f"{doubt}: {_error(point)}"
@@ -72,9 +72,10 @@ def remedy_of(
     others: Sequence[str],
     edge: ValidityEdge,
 ) -> str | None:
-    """Return a remedy for a validity edge in words, or None.
+    """Return the remedy for a validity edge in words, or None.
 
-    It is the result of the first applicable rule, followed by other models of the scene that are right at that point.
+    It is the text of the first rule that applies, followed by the names of other models that are right at that
+    value.
     """
     found = [text for rule in RULES if (text := rule(point, quantity, edge))][:1]
     if others:

@@ -1,6 +1,6 @@
-"""Validity edges of models: the range of a quantity in which a model is right, and the class of results beyond it.
+"""Validity edges of models: the limit of a quantity up to which results are right, and the class of results beyond it.
 
-They are found by walks, which vary one quantity in one direction.
+Edges are found by walks, which vary one quantity in one direction.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ def edge_of(
 ) -> ValidityEdge:  # fmt: skip
     """Return the validity edge that a walk along one quantity has found, with its reason and a remedy.
 
-    `others` are walks of other models in the same direction; models that are still right are part of the remedy. `at`
-    returns the class of a model at a value.
+    `others` are the walks of other models in the same direction: a model that is still right is named in the
+    remedy. `at` returns the class of a model at a value.
     """
     found, verdicts, ladder = walk.edge(), walk.summarize(), walk.ladder
 
@@ -48,7 +48,7 @@ def edge_of(
 
 
 def _models_right_at(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
-    """Return the other models that are right with an option of the quantity."""
+    """Return the names of the other models whose results are right with an option of the quantity."""
     found = ((other, at(other, quantity.name, value)) for other in models if other != model)
     return [other for other, seen in found if seen is not None and seen.word == "right"]
 
@@ -57,10 +57,7 @@ def make_choice_edge(
     model: str, quantity: WalkedQuantity, seen: Mapping[str, ClassifiedPoint], at: At, outlines: Mapping[str, str],
     models: Sequence[str],
 ) -> ChoiceEdge:  # fmt: skip
-    """Return the validity edge of a quantity with discrete options.
-
-    The reason and the remedy are those of the option with the worst class.
-    """
+    """Return the validity edge of a quantity with discrete options, with the reason and remedy of the worst option."""
     ranked = sorted((WORST.index(c.word), option) for option, c in seen.items() if c.word != "right")
     right = tuple(option for option in quantity.options if option in seen and seen[option].word == "right")
     classes = {option: c.word for option, c in seen.items()}

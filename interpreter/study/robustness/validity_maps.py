@@ -1,4 +1,4 @@
-"""Validity maps: coarse grids over pairs of quantities, where both may be extreme at once."""
+"""Validity maps: the class of a model on a coarse grid over two quantities, both of which may be extreme at once."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from softmark.interpreter.study.robustness.robustness_record import ClassifiedPo
 
 
 def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
-    """Return about six values of a quantity for the grid of a map; for a choice, all its options.
+    """Return about six values of a quantity for the grid of a map, or all options of a choice.
 
-    The values lie between the farthest ones that walks tested in both directions.
+    The values lie between the farthest values that walks have tested in both directions.
     """
     if quantity.options:
         return list(quantity.options)
@@ -29,13 +29,13 @@ def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
 
 
 def _computed_position_near(walk: Walk, t: float) -> float:
-    """Return the position near t at which the walk already computed a result, or t if there is none."""
+    """Return the position nearest to t at which the walk has a result; t if there is none near."""
     near = min(walk.seen, key=lambda s: abs(s - t))
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t
 
 
 def quantity_pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
-    """Return every pair of different quantities once."""
+    """Return all pairs of two different quantities, each pair once."""
     return list(combinations(quantities, 2))
 
 

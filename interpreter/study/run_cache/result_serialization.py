@@ -95,7 +95,7 @@ class Writer:
 
 @dataclass(frozen=True)
 class Reader:
-    """Converter of JSON back to values."""
+    """Converter of saved JSON back to the results of a run."""
 
     scene: Scene
     arrays: Mapping[int, np.ndarray]

@@ -56,7 +56,7 @@ class TimedSolution:
 
     @property
     def is_solved(self) -> bool:
-        """True if the model was solved."""
+        """True if the timed solution has converged."""
         return self.solution.status in SOLVED
 
 

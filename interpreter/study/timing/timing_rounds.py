@@ -39,11 +39,11 @@ FEW = 3  # number of runs of a slow job
 
 
 def _ignore_message(what: str, detail: str) -> None:
-    """Do nothing; the default for messages."""
+    """Do nothing; default for the callback `say`, which gets messages."""
 
 
 def _discard_record(record: Record) -> None:
-    """Do nothing; the default for new records."""
+    """Do nothing; default for the callback `keep`, which gets new records."""
 
 
 @dataclass
@@ -66,7 +66,7 @@ class _TimingRecords:
 
     @property
     def pace(self) -> float | None:
-        """Usual pace of the processor, s, from the records of all jobs."""
+        """Usual CPU time, s, of the fixed piece of work that measures processor speed; None without records."""
         return timing_quality.usual_pace(r for own in self.records.values() for r in own)
 
     def timed(self, job: TimingJob) -> list[Record]:
@@ -79,10 +79,7 @@ class _TimingRecords:
         return min(self.repeats, FEW) if costly else self.repeats
 
     def due(self, job: TimingJob) -> bool:
-        """Return whether a job needs another run.
-
-        It does if it has too few undisturbed runs, no run has failed, and it has tries left.
-        """
+        """Return whether a job needs another run: it has too few undisturbed runs, no failed run, and tries left."""
         if any(r.get("status") not in SOLVED for r in self.of(job)):
             return False
         runs, wanted = self.timed(job), self.wanted_run_count(job)
@@ -90,7 +87,7 @@ class _TimingRecords:
         return calm < wanted and len(runs) < wanted + self.extra
 
     def jobs_without_phases(self) -> list[TimingJob]:
-        """Return the jobs that still need a run with clocks for phases."""
+        """Return the jobs that still need the run in which the phases of the solver are timed."""
         if not self.phases:
             return []
         return [j for j in self.jobs if self.timed(j) and not any(r.get("kind") == "phases" for r in self.of(j))]
@@ -123,12 +120,12 @@ def time_jobs(
 
 
 def describe_host() -> str:
-    """Return the names of this machine and its Python version; only times with equal names are comparable."""
+    """Return the names of this machine and its Python version as text; only times with equal texts are comparable."""
     return f"{platform.node()} {platform.machine()} python {platform.python_version()}"
 
 
 class _TimingRunner:
-    """Runner of timing processes, one after the other; its own work uses other processors than theirs."""
+    """Runner that starts timing processes one after the other, on processors that it does not use itself."""
 
     def __init__(self, keep: Callable[[Record], None], say: Say) -> None:
         self.keep, self.say = keep, say

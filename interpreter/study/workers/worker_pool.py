@@ -142,7 +142,7 @@ class _Pool:
             yield from self._kill_late_workers()
 
     def end(self) -> None:
-        """Kill every worker."""
+        """Kill the processes of all workers."""
         for worker in self.workers.values():
             worker.end()
         self.workers.clear()

@@ -1,8 +1,9 @@
 """Verifiers: one for each kind of model, with independent force formulas and the error estimate.
 
-To add a verifier, write a module with a class derived from Verifier (or from SizedMeshVerifier, for models on meshes
-with a cell size) and a constant VERIFIER, and add a line to VERIFIERS. The module is imported when such a model has an
-answer. A model without a verifier is still solved and reported, but its forces are not verified and it states no error.
+To add a verifier, write a module with a class derived from Verifier (or from SizedMeshVerifier, for models on
+meshes with a cell size) and a constant VERIFIER, and add a line to VERIFIERS. The module is imported when
+such a model has been solved. A model without a verifier is still solved and reported, but its forces are not
+verified and it states no error.
 """
 
 from __future__ import annotations

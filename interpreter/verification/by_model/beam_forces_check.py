@@ -119,7 +119,7 @@ class BeamLine:
         return both
 
     def _lumped_lengths(self, begin: Floats, end: Floats) -> Floats:
-        """Return the length, m, of an axial interval that is lumped to each node, shape (n,)."""
+        """Return the part of an interval of the axis, m, that belongs to each node, shape (n,)."""
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
         return integrate_hats(self.s, low, high)
 
@@ -247,12 +247,12 @@ def integrate_hats(s: Floats, low: float, high: float, size: Callable[[float], f
 
 
 def beam_line_of(found: VerifiedSolution) -> BeamLine:
-    """Return the beam of a solution."""
+    """Return the beam of a solution as a line with the stations of its nodes, for independent formulas."""
     return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
 
 
 def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
-    """Return the deformed rod of a solution and the sampling distance from the axis, m; computed once."""
+    """Return the deformed rod of a solution, and the distance from the axis at which it is sampled, m."""
     if rod_of not in found.known:
         line, displacement = beam_line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)

@@ -32,7 +32,7 @@ BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and tim
 
 
 class BeamVerifier(Verifier):
-    """Verifier of beams, by forces from positions of points, by other segments, and by estimates of theory errors."""
+    """Verifier of beams, by forces from displaced points, other numbers of segments, and errors of beam theory."""
 
     theory = "beams"  # what theory it is, for messages
 
@@ -108,7 +108,7 @@ class BeamVerifier(Verifier):
             found.append((solution, segments / fewer))
             segments = fewer
         if not found:
-            raise NoErrorEstimate("a beam of one segment cannot be coarsened")
+            raise NoErrorEstimate("a beam of one segment has no coarser mesh to compare with")
         return found
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
@@ -155,7 +155,7 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
         raise NoErrorEstimate(
-            "the beam is too thick for its theory" if missing > strained else "the strain is too large for beam theory"
+            "the beam is too thick for beam theory" if missing > strained else "the strain is too large for beam theory"
         )
     return missing + strained
 

@@ -1,4 +1,4 @@
-"""Verifier of external solvers: it applies our force formulas to their displacements, but estimates no error."""
+"""Verifier of external solvers: it applies softmark's force formulas to their displacements, but estimates no error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UNCHECKED = "an external program solved it: use the stated error of `fem(...)` w
 
 
 def as_own_solution(found: VerifiedSolution) -> VerifiedSolution:
-    """Return the external solution in the form of a solution by our own finite elements."""
+    """Return the solution of an external program in the form of a solution by softmark's own finite elements."""
     return replace(found, declared=replace(found.declared, thing=found.declared.thing.solid))
 
 
@@ -24,15 +24,15 @@ class ExternalVerifier(Verifier):
     """Verifier of finite element solutions that another program computed."""
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return the facts that our own finite elements report."""
+        """Return the facts that softmark's own finite elements report about such a solution."""
         return solid_verifier.VERIFIER.facts(as_own_solution(found))
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the force balance by the formulas for our own finite elements. Raises NoIndependentFormula."""
+        """Compute the force balance by the formulas for softmark's own finite elements. Raises NoIndependentFormula."""
         return solid_verifier.VERIFIER.balance(as_own_solution(found))
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the formulas for our own finite elements. Raises NoIndependentFormula."""
+        """Compute the reactions by the formulas for softmark's own finite elements. Raises NoIndependentFormula."""
         return solid_verifier.VERIFIER.reactions(as_own_solution(found))
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:

@@ -54,7 +54,7 @@ class DeformedNetwork:
 
     @property
     def network(self) -> Network:
-        """Geometry of the network."""
+        """Geometry of the undeformed network."""
         return _network(self.found.case)
 
     @cached_property
@@ -186,7 +186,8 @@ class DeformedNetwork:
     def held(self) -> NDArray[np.bool_]:
         """Return a mask of the force and moment components (p, 6) that all supports together carry.
 
-        Moments at hinges are resolved as by `hinged`; the component about the hinge axis is not carried.
+        Moments at hinges have components as in `resolve_hinge_moments`; the component about the hinge axis is not
+        carried.
         """
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:
@@ -283,7 +284,7 @@ class FrameVerifier(BeamVerifier):
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
             raise NoErrorEstimate(
-                "a member is too thick for its theory"
+                "a member is too thick for beam theory"
                 if missing > strained
                 else "the strain is too large for beam theory"
             )

@@ -1,4 +1,4 @@
-"""Verifier of the one-point model, which computes stress by finite differences of the energy."""
+"""Verifier of a single material point, whose stress it computes by finite differences of the energy."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from softmark.solvers.mesh.shape import Prism
 
 
 class MaterialPointVerifier(Verifier):
-    """Verifier of the one-point model: corner forces by finite differences of the energy, and no mesh to refine."""
+    """Verifier of a single material point: corner forces by finite differences of the energy, and no mesh to refine."""
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return the largest strain."""
+        """Return the report entry `largest_strain`: the spectral norm of F - I, with F the deformation gradient."""
         if found.solution.displacement is None:
             return {}
         return {"largest_strain": float(np.linalg.norm(_gradient(found) - np.eye(3), 2))}
@@ -63,21 +63,25 @@ class MaterialPointVerifier(Verifier):
         return 0.0
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference from a material point with the law of the declared material. Raises NoErrorEstimate."""
+        """Return the difference from a material point with its most accurate strain measure. Raises NoErrorEstimate."""
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
-                "the supports hold the width, which a material point leaves free; the size of this effect is unknown"
+                "the supports prevent lateral contraction, which a material point leaves free; the size of this effect "
+                "is unknown"
             )
         if thing.state == "simple_shear":
-            raise NoErrorEstimate("simple shear assumes how the sides are held; the size of this effect is unknown")
+            raise NoErrorEstimate(
+                "a material point in simple shear ignores the conditions on the sides of the body; the size of this "
+                "effect is unknown"
+            )
         best = "corotational" if answer.own.material.finite_law() is None else "finite"
         if thing.strain == best:
             return 0.0
         other = replace(answer.declared, thing=thing.plain(strain=best))
         right = seen.of(answer.solve_other_model("best", other, case_for(answer.scene, other), slight=True)[0])
         if not (apart := right.apart(seen)) <= HOPELESS * right.size:
-            raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
+            raise NoErrorEstimate("the most accurate strain measure for its material gives a very different solution")
         return apart
 
 

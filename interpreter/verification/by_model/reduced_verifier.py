@@ -28,7 +28,10 @@ MEASURES = "add modes or derivatives, train on states like this one, or use `{of
 
 
 class ReducedVerifier(SolidVerifier):
-    """Verifier of reduced models: full-model forces in the reduced state, and the full model's discretisation error."""
+    """Verifier of reduced models, by the forces of the full model in the reduced state.
+
+    The discretisation error is that of the full model.
+    """
 
     holds = False
 

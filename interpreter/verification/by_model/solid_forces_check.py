@@ -31,7 +31,7 @@ LEFT = 50.0  # times the estimate of what rounding leaves
 
 @dataclass(frozen=True)
 class SolidState:
-    """Finite element state under verification; forces are computed once and then kept."""
+    """Deformed state of a finite element model, whose forces are verified; they are computed once."""
 
     model: Fem
     case: Case
@@ -63,7 +63,7 @@ class SolidState:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Nodal forces (n, 3), N, of every foundation, contact and tie by name, and their uncertainty, N.
+        """Nodal forces (n, 3), N, of every elastic foundation, contact and tie by name, and their uncertainty, N.
 
         Raises NoIndependentFormula.
         """
@@ -85,7 +85,7 @@ class SolidState:
 
     @cached_property
     def looked_at(self) -> Any:
-        """Numbers of the nodes at which forces are checked (k,): a sample of a large mesh, or None for all nodes."""
+        """Numbers (k,) of the nodes at which forces are checked: a sample of a large mesh, or None for all nodes."""
         if self.model.formulation != "displacement" or self.case.porous:
             return None
         return solid_forces.sample_nodes(

@@ -64,9 +64,10 @@ LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2)
 
 
 def _needs_full_solve(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
-    """Return whether a finer model must be solved from the start rather than from the state that was found.
+    """Return whether a finer model must be solved from the undeformed state rather than from the known solution.
 
-    This is so in dynamics, with history-dependent states, with pressed rigid bodies, and for forces in contact.
+    This is so in dynamics, with history-dependent states, with force-driven rigid bodies, and for forces in
+    contact.
     """
     case = answer.case
     touching = seen.is_about_forces and bool(case.contacts or case.pairs)
@@ -80,7 +81,7 @@ def _largest_poisson(answer: SolutionUnderTest) -> float:
 
 
 class SolidVerifier(SizedMeshVerifier):
-    """Verifier of finite elements: independent forces, a finer space on the same cells, and the best strain measure."""
+    """Verifier of finite elements, by independent forces, a finer space, and the most accurate strain measure."""
 
     holds = True
 
@@ -108,10 +109,7 @@ class SolidVerifier(SizedMeshVerifier):
         return balance_of(self._verified_state(found)), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas, from the cells around supported nodes.
-
-        Raises NoIndependentFormula.
-        """
+        """Compute the reactions from the cells around supported nodes. Raises NoIndependentFormula."""
         return reactions_of(self._verified_state(found))
 
     def rounding(self, found: VerifiedSolution) -> float:
@@ -146,7 +144,7 @@ class SolidVerifier(SizedMeshVerifier):
             raise NoErrorEstimate(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
     def _error_from_finer_space(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from a finer space. Raises NoErrorEstimate."""
+        """Return the discretisation error from the distance to a solution on a finer space. Raises NoErrorEstimate."""
         fine: ProbeResultUnderTest
         leaves = self._error_ratio(answer)
         if isinstance(seen, FrequencyUnderTest):
@@ -178,12 +176,12 @@ class SolidVerifier(SizedMeshVerifier):
         return left
 
     def _factor_by_observed_order(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float) -> float:
-        """Return the factor from the distance to the finer space to the error, by the convergence order observed.
+        """Return the factor that turns the distance to the finer space into the error, by the observed order.
 
-        The order follows from `apart`, the distance to the finer space, and the change from a coarser mesh. It is only
-        used for slow convergence, since stresses at surfaces and edges may converge more slowly than the element's own
-        factor assumes. Returns 0 without a coarser mesh, and if the coarser mesh is closer than the finer space: such
-        meshes are too coarse or agree by chance, and show no order.
+        The order follows from `apart`, the distance to the finer space, and the change from a coarser mesh. It is
+        only used for slow convergence, since stresses at surfaces and edges may converge more slowly than the
+        element's own factor assumes. Returns 0 without a coarser mesh, and if the coarser mesh is closer than the
+        finer space: such meshes are too coarse or agree by chance, and show no order.
         """
         farther, ratio = self._change_from_coarser_mesh(answer, seen)
         if farther < apart:
@@ -270,10 +268,10 @@ class SolidVerifier(SizedMeshVerifier):
         return above
 
     def _finer_solution(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[Solution, float]:
-        """Return a solution on finer cells, and the ratio of the error to the distance to it.
+        """Return a solution on finer cells, and the ratio of the error to the distance from that solution.
 
-        The finer model is solved from the start if history or contacts count, and otherwise from the state that was
-        found. Raises NoErrorEstimate.
+        With deformation history or contacts, the finer model is solved from the undeformed state, otherwise from the
+        known solution. Raises NoErrorEstimate.
         """
         nearby = not (seen.is_about_forces or _needs_full_solve(answer, seen))
         if nearby and not (answer.case.contacts or answer.case.pairs):
@@ -311,7 +309,7 @@ class SolidVerifier(SizedMeshVerifier):
             solution, size = answer.solve_other_model("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
         ratio = (size["elements"] / self.cells(answer)) ** (1.0 / dimension)
         if ratio < NEAR:
-            raise NoErrorEstimate("a finer mesh is the same one")
+            raise NoErrorEstimate("a smaller cell size gives the same mesh")
         return solution, error_from_finer(1.0, ratio, self._order(answer))
 
     def _order(self, answer: SolutionUnderTest) -> float:
@@ -375,8 +373,8 @@ class SolidVerifier(SizedMeshVerifier):
     ) -> float:
         """Return the difference from the best strain measure for history-dependent states. Raises NoErrorEstimate.
 
-        It is found on the model's own mesh, or else on a coarser one. If neither can be solved, it is bounded by the
-        strain and the square of the rotations, which the small-strain measure neglects.
+        It is computed on the model's own mesh, or else on a coarser one. If neither can be solved, it is bounded by
+        the strain and the square of the rotations, which the small-strain measure neglects.
         """
         try:
             answer.budget.must_hold(PLENTY)
@@ -391,13 +389,15 @@ class SolidVerifier(SizedMeshVerifier):
             return self._strain_measure_bound(answer) * seen.size
 
     def _strain_measure_bound(self, answer: SolutionUnderTest) -> float:
-        """Return a bound of the relative error of the strain measure, computed from the strain in the answer.
+        """Return a bound of the relative error of the strain measure, computed from the strain of the solution.
 
         Raises NoErrorEstimate.
         """
         strain = (answer.result.solve.get("checks") or {}).get("largest_strain")
         if strain is None or THEORY * strain > HOPELESS:
-            raise NoErrorEstimate("another measure of strain could not be solved in time, and its strain is not small")
+            raise NoErrorEstimate(
+                "the model with another strain measure took too long to solve, and its strain is not small"
+            )
         return THEORY * float(strain)
 
     def _best_field_changes(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
@@ -417,9 +417,9 @@ class SolidVerifier(SizedMeshVerifier):
     def _distance_to_best_measure(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
     ) -> float:
-        """Return the distance from the result with the best strain measure, on the same mesh.
+        """Return the difference from the result with the best strain measure on the same mesh. Raises NoErrorEstimate.
 
-        Both use the same treatment of volume. Raises NoErrorEstimate.
+        Both solutions treat the volume in the same way.
         """
         own, alike = seen, self._common_volume_treatment(answer, thing, best)
         right = self._probe_changed_model(answer, seen, "best", thing, **best, **alike)
@@ -427,13 +427,13 @@ class SolidVerifier(SizedMeshVerifier):
             own = self._probe_changed_model(answer, seen, "alike", thing, **alike)
         apart = right.change(own)
         if not apart <= HOPELESS * right.comparison_scale(apart):
-            raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
+            raise NoErrorEstimate("the most accurate strain measure for its material gives a very different solution")
         return apart
 
     def _common_volume_treatment(
         self, answer: SolutionUnderTest, thing: Fem, best: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Return the volume treatment to use with both strain measures; empty if the model's own treatment suits both.
+        """Return the fields for a volume treatment that suits both strain measures; empty if none must change.
 
         Averaging the volume over cells would affect the two laws differently.
         """
@@ -460,7 +460,7 @@ class SolidVerifier(SizedMeshVerifier):
         return seen.of(found)
 
     def _strain_error_growth(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the factor by which the strain-measure error grows if the finer space moves more than the mesh.
+        """Return the factor by which the error of the strain measure grows from the model's mesh to the finer space.
 
         The error grows with the square of the displacement, which a mesh that is too stiff underestimates.
         """
@@ -476,9 +476,10 @@ class SolidVerifier(SizedMeshVerifier):
     def _coarse_measure_distance(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, best: Mapping[str, Any]
     ) -> float:
-        """Return the distance between the model's strain measure and the best one, both on a coarser mesh.
+        """Return the difference between the model's strain measure and the best one, both on a coarser mesh.
 
-        It is scaled up by the square of the displacements, because the coarser mesh moves less. Raises NoErrorEstimate.
+        It is scaled up by the square of the displacements, because the coarser mesh moves less. Raises
+        NoErrorEstimate.
         """
         (solution, _), *_ = self.coarser(answer)
         better, own = answer.sized(FINER, **best), seen.of(solution)

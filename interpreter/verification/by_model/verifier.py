@@ -23,7 +23,7 @@ NEAR, APART = 1.25, 1.6  # ratios of cell sizes: below NEAR the mesh is the same
 
 @dataclass(frozen=True)
 class VerifiedSolution:
-    """Solution under verification, with its model and case."""
+    """Solution that is being verified, with its model and case."""
 
     scene: Scene
     declared: Declared

@@ -25,7 +25,7 @@ class BodyForce(SolidAction):
 
     @property
     def vector(self) -> Vector3:
-        """Acceleration, m/s^2."""
+        """Acceleration that the load gives to the body, m/s^2."""
         return self.acceleration
 
     def solid_energy(self, solid: SolidForces) -> Energy:

@@ -29,12 +29,12 @@ class LineForce(Action):
 
     @property
     def points(self) -> tuple[tuple[str, Vector3], ...]:
-        """Ends of the line, m."""
+        """Both ends of the loaded line, m, each with the name of its field."""
         return ("from", self.begin), ("to", self.end)
 
     @property
     def vector(self) -> Vector3:
-        """Force per length, N/m."""
+        """Force vector per length of the line, N/m."""
         return self.force
 
     def solid_energy(self, solid: SolidForces) -> Energy:

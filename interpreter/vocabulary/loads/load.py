@@ -65,7 +65,7 @@ class SolidForces(Protocol):
 class IndependentForces(Protocol):
     """Operations that turn loads into nodal forces (n, 3), N, with their uncertainty, N, for verification.
 
-    They are those of SolidForces, by other formulas.
+    They are the operations of `SolidForces`, computed by other formulas.
     """
 
     small: bool
@@ -113,7 +113,10 @@ class BodySize(Protocol):
 
 
 class Action:
-    """Base class of the ways in which a load acts on a body. Each kind of load overrides what differs."""
+    """Base class of the actions of loads on a body, such as a body force or a surface traction.
+
+    Models apply actions. Each kind of action overrides the attributes and methods in which it differs.
+    """
 
     dead: ClassVar[bool] = False  # forces do not depend on the deformation
     conservative: ClassVar[bool] = False  # forces have an energy, so that the tangent is symmetric
@@ -228,7 +231,7 @@ class SurfaceAction(SolidAction):
 
 
 class Load:
-    """Base class of loads."""
+    """Base class of the loads that a scene can declare; `action` is how the load acts on a body."""
 
     strength = ""  # name of the field with the size of the load
     amplitude: Any = None  # amplitude over time, or from state to state

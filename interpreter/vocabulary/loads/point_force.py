@@ -26,12 +26,12 @@ class PointLoad(SolidAction):
 
     @property
     def points(self) -> tuple[tuple[str, Vector3], ...]:
-        """Material point, m."""
+        """Point of the undeformed body at which the force acts, m, with the name of its field."""
         return (("at", self.at),)
 
     @property
     def vector(self) -> Vector3:
-        """Force, N."""
+        """Force vector, N."""
         return self.force
 
     def solid_energy(self, solid: SolidForces) -> Energy:

@@ -24,7 +24,7 @@ class SurfaceTraction(SurfaceAction):
 
     @property
     def vector(self) -> Vector3:
-        """Traction, Pa."""
+        """Traction vector, force per undeformed area, Pa."""
         return self.traction
 
     def solid_energy(self, solid: SolidForces) -> Energy:

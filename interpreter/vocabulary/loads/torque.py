@@ -24,7 +24,7 @@ class MomentLoad(SurfaceAction):
 
     @property
     def moment_vector(self) -> Vector3 | None:
-        """Moment, N m."""
+        """Moment vector of the load, N m."""
         return self.moment
 
     def solid_energy(self, solid: SolidForces) -> Energy:

@@ -190,7 +190,7 @@ class MovingRodLoad(Energy):
         """Stencils of the load. Raises ValueError if they are not the rotations of single nodes."""
         found = self.energy.stencils
         if found.size and not (found.shape[1] == 3 and np.array_equal(found, found[:, :1] // 6 * 6 + [3, 4, 5])):
-            raise ValueError("a load in motion turns single sections")
+            raise ValueError("the load does not act on the rotations of single nodes")
         return found
 
     def value(self, x: Floats) -> float:

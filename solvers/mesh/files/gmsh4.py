@@ -104,7 +104,7 @@ def _parse_binary_entities(data: bytes, start: int, wide: int) -> tuple[Dims, in
 def _parse_entities(whole: Callable[[], int], size: Callable[[], int], place: Callable[[int], bytes]) -> Dims:
     counts = [size() for _ in range(4)]
     if not 0 <= max(counts) < MOST:
-        raise ValueError("it cannot have so many")
+        raise ValueError("the file declares more items than are possible")
 
     def several() -> tuple[int, ...]:
         return tuple(whole() for _ in range(size()))

@@ -46,7 +46,7 @@ def _simulate_flex(problem: Problem) -> Answer:
     u = np.zeros((len(motion.after), *free.shape))
 
     def look(i: int) -> None:
-        """Store the displacements of state i."""
+        """Store the nodal displacements at state i."""
         u[i][free] = data.qpos
 
     ready = time.perf_counter()

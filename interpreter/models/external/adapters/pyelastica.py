@@ -119,7 +119,7 @@ def dead_force_class(elastica: Any) -> Any:
         self.forces = forces
 
     def apply_forces(self: Any, system: Any, time: float = 0.0) -> None:
-        """Add the forces to the external forces of the rod."""
+        """Add the stored nodal forces to the external forces of the rod."""
         system.external_forces += self.forces
 
     return type("Dead", (elastica.NoForces,), {"__init__": init, "apply_forces": apply_forces})

@@ -55,7 +55,7 @@ def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
 
 
 def deck(problem: Problem, named: NamedParts) -> Iterator[str]:
-    """Yield the lines of the deck."""
+    """Yield the lines of the FEBio input deck."""
     yield '<?xml version="1.0" encoding="ISO-8859-1"?>'
     yield "<!-- units: mm, Pa, uN (g, mm, s) -->"
     yield from ('<febio_spec version="4.0">', '<Module type="solid"/>')
@@ -90,7 +90,7 @@ def _control(problem: Problem) -> Iterator[str]:
 
 
 def _material(number: int, stuff: ExternalMaterial) -> str:
-    """Return the element of a material."""
+    """Return the FEBio XML element `material` with this number."""
     constants = f"<E>{stuff.constants['young']!r}</E><v>{stuff.constants['poisson']!r}</v>"
     density = f"<density>{1e-6 * (stuff.density or 0.0)!r}</density>"  # g/mm^3
     return f'<material id="{number}" name="M{number}" type="{LAWS[stuff.law]}">{density}{constants}</material>'

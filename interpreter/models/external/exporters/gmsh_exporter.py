@@ -85,7 +85,7 @@ def _split_by_groups(dimension: int, groups: dict[int, Ints]) -> list[Entity]:
 
 
 def _file(points: Floats, entities: list[Entity], groups: dict[tuple[int, str], int]) -> Iterator[str]:
-    """Yield the lines of the mesh file."""
+    """Yield the lines of the Gmsh mesh file."""
     yield from ("$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups)))
     yield from (f'{dimension} {number} "{name}"' for (dimension, name), number in groups.items())
     yield from ("$EndPhysicalNames", "$Entities")

@@ -40,7 +40,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
-    """Write the model. Return the file names."""
+    """Write the MuJoCo model into a folder, and return the names of the written files."""
     assert problem.motion is not None
     (folder / FILE).write_text(deck(problem, problem.motion) + "\n", encoding="ascii")
     return [FILE]

@@ -68,7 +68,7 @@ def unsupported_loads(problem: Problem, named: NamedParts) -> list[tuple[str, st
 
 
 def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
-    """Write the mesh and the deck. Return the file names."""
+    """Write the mesh and the PolyFEM deck into a folder, and return the names of the written files."""
     corners, names = _reduce_to_corner_nodes(problem, named)
     mesh = gmsh_exporter.export(corners, names, folder)
     text = json.dumps(deck(problem, named), indent=1)

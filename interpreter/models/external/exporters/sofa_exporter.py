@@ -54,13 +54,13 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: NamedParts, folder: Path) -> list[str]:
-    """Write the scene. Return the file names."""
+    """Write the SOFA scene into a folder, and return the names of the written files."""
     (folder / FILE).write_text("\n".join([*deck(problem), ""]), encoding="utf-8")
     return [FILE]
 
 
 def deck(problem: Problem) -> Iterator[str]:
-    """Yield the lines of the scene."""
+    """Yield the lines of the SOFA scene as XML."""
     loaded = np.flatnonzero(problem.forces.any(axis=1))
     yield '<?xml version="1.0"?>'
     yield "<!-- units: m, Pa, N -->"
@@ -86,7 +86,7 @@ def deck(problem: Problem) -> Iterator[str]:
 
 
 def _law(stuff: ExternalMaterial, strain: str) -> str:
-    """Return the component of a material law."""
+    """Return the XML element of the SOFA component for a material law."""
     E, nu = stuff.constants["young"], stuff.constants["poisson"]
     if strain == "small":
         return _tag("TetrahedronFEMForceField", name="law", method="small", youngModulus=E, poissonRatio=nu)
@@ -101,5 +101,5 @@ def _tag(component: str, **fields: Any) -> str:
 
 
 def _text(value: Any) -> str:
-    """Return the value of a field as text."""
+    """Return the value of an XML attribute as text."""
     return " ".join(map(repr, value.ravel().tolist())) if isinstance(value, np.ndarray) else str(value)

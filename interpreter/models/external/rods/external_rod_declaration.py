@@ -10,7 +10,7 @@ from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.external.adapters import RODS, Program
 from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason, unsupported_body, unsupported_motion
-from softmark.interpreter.models.shared.capabilities import VISCOELASTICITY, supported
+from softmark.interpreter.models.shared.capabilities import VISCOELASTICITY, supported_features
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.cross_section_coverage import selects_whole_sections
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -62,7 +62,7 @@ class ExternalRod(ExternalModel):
     `dsl robustness`, which compares models with their stated errors, leaves it out.
     """
 
-    capabilities = supported(VISCOELASTICITY)  # reported as unsupported
+    capabilities = supported_features(VISCOELASTICITY)  # reported as unsupported
     moves_by_sections = True
     resolution_fields = ("segments",)
     loads = (*Model.loads, LineForce, TendonLoad)
@@ -85,7 +85,7 @@ class ExternalRod(ExternalModel):
 
     @property
     def ours(self) -> Beam6Dof:
-        """Our rod model, which defines the problem."""
+        """softmark's own rod model of the same problem."""
         return Beam6Dof(self.segments, body=self.body)
 
     def reasons(self, case: Case) -> list[Reason]:

@@ -128,5 +128,5 @@ def _rows_by_time(times: Floats) -> list[Ints]:
 
 
 def _stack_vectors(found: csv_tables.Columns, triple: Triple) -> Floats:
-    """Return columns as vectors (n, 3)."""
+    """Return triples of columns as vectors (n, 3)."""
     return np.column_stack([np.array(found.numbers[word]) for word in triple])

@@ -56,7 +56,7 @@ class _DepthLimitedBuilder(ElementTree.TreeBuilder):
         return super().start(tag, attrs)
 
     def end(self, tag: str, /) -> ElementT:
-        """Close an element."""
+        """Close the XML element that was opened last."""
         self.depth -= 1
         return super().end(tag)
 

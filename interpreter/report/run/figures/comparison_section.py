@@ -36,7 +36,7 @@ PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the HTML of the section."""
+    """Return the HTML of the comparison section: failures, results table, footnotes, CSV link and explanations."""
     if not findings.all_results:
         return section("table", "Comparison", tag("p", "No model or reference was run.", class_="quiet"))
     notes, columns = Notes(), sort_metrics(findings.metrics)
@@ -59,7 +59,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def error_statements(findings: ReportSummary) -> str:
-    """Return the errors that models state as HTML, and a line on forces that were verified independently."""
+    """Return the HTML of the errors that models state, and a line on the forces that were verified independently."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := error_statement(m))]
     said += [tag("li", prose(quiet))] if (quiet := missing_estimates_sentence(findings.report)) else []
@@ -69,7 +69,7 @@ def error_statements(findings: ReportSummary) -> str:
 
 
 def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
-    """Return the table of a body, under its name if there are several."""
+    """Return the HTML results table of one body, with the name of the body as its title if there are several."""
     heading = tag("h3", prose(f"`{body.name}`")) if body.name else ""
     return heading + ResultsTable(findings, body, notes).html()
 
@@ -113,7 +113,7 @@ def _definition_entry(name: str, words: str) -> str:
 
 
 def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
-    """Return the link to a CSV file with every number of the table, in SI."""
+    """Return an HTML link to a CSV file with all numbers of the results table, in SI."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
     uncertain = [m for m in columns if findings.uncertainty(m)]

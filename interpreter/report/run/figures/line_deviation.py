@@ -59,7 +59,7 @@ class _ProbeReferencePair:
 
     @cached_property
     def known(self) -> ProbeResult:
-        """Values of the reference at the probe."""
+        """Result of the reference at the probe."""
         return self.findings.probes[self.probe][self.reference]
 
     @cached_property

@@ -72,7 +72,7 @@ class _IterationHistory:
 
     @property
     def words(self) -> str:
-        """Outcome of the iterations in words."""
+        """Text on how the iterations ended."""
         end = self.rows[-1].residual
         outcome = f"{self.model.status.replace('_', ' ')}, {count(self.iterations, 'iteration')}"
         reached = "" if end is None else f", residual {typeset_number(f'{end:.2g}')}"

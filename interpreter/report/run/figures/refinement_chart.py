@@ -91,7 +91,7 @@ class _ErrorChart:
 
     @property
     def across(self) -> Axis:
-        """Axis of the varied quantity."""
+        """Horizontal axis of the chart."""
         raise TypeError(f"a {type(self).__name__} has no axis of its own")
 
     @cached_property

@@ -22,7 +22,7 @@ VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return an HTML table of all models with such a mesh; empty if there is none."""
+    """Return an HTML table of all models whose mesh fills a closed surface; empty if there is none."""
     known = {n: m.solve["filled"] for n, m in findings.report.models.items() if "filled" in m.solve}
     heads = ("Model", "Volume", "Distance", "Quality", "Repaired", "Made by")
     return table_section("Filled", LEAD, heads, [_row(*entry) for entry in known.items()])

@@ -67,9 +67,8 @@ def _colours_by_kind(report: Report) -> dict[str, CurveStyle]:
 def initially_shown(findings: ReportSummary, among: Collection[str] | None = None) -> list[str]:
     """Return the models that a figure shows initially.
 
-    They are chosen from `among`, by default the models with probe results. If there are many, these are the models with
-    the smallest first error. If they belong to a few kinds, these are the best
-    and the worst of each kind.
+    They are chosen from `among`, by default the models with probe results. If there are many, these are the models
+    with the smallest first error. If they belong to a few kinds, these are the best and the worst of each kind.
     """
     models = {n: m for n, m in findings.report.models.items() if (m.probes if among is None else n in among)}
     names = list(models)

@@ -131,7 +131,7 @@ def _differences(ours: float | None, theirs: float | None) -> tuple[float | None
 
 
 def _cells(found: MetricResult | None, scale: Scale, decimals: int) -> list[str]:
-    """Return table cells with our value, the published value, and the absolute and relative difference."""
+    """Return table cells with the computed value, the published value, and the absolute and relative difference."""
     ours, theirs = (found.value, found.published) if found else (None, None)
     absolute, share = _differences(ours, theirs)
     shown = [_number(v, scale, decimals) for v in (ours, theirs)]

@@ -1,4 +1,4 @@
-"""Terminal lines on the agreement of models with given values and with consensus bands of several codes."""
+"""Terminal lines that state which models agree with a given value, or lie in the band of results of several codes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ SEVERAL = 6  # largest number of names listed in a line
 
 
 def lines(findings: ReportSummary) -> Iterator[str]:
-    """Yield a line for each given value or band, with the models inside and outside of it.
+    """Yield a line for each given value or band of values, with the models whose results lie inside and outside.
 
-    For example: `codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`.
+    For example: `codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse
+    (miss)`.
     """
     for name, reference in findings.report.references.items():
         if reference.status != "converged" or not ("value" in reference.facts or reference.drawn is not None):
@@ -39,9 +40,9 @@ def _format_band(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _agreement_phrases(findings: ReportSummary, name: str) -> Iterator[str]:
-    """Yield phrases on models inside and outside, for every metric compared with a reference.
+    """Yield phrases such as `inside: fine; outside: coarse (miss)` for the metrics compared with the reference `name`.
 
-    For curves the fraction inside is given.
+    For a curve, the phrase gives the fraction of the curve that is inside.
     """
     banded = findings.report.references[name].kind == "consensus"
     words = {True: "inside" if banded else "within", False: "outside" if banded else "not within"}

@@ -56,8 +56,7 @@ def format_force(force: Sequence[float], digits: int, rounding: float) -> str:
     """Return a force, N, as text: its magnitude if it acts along a coordinate axis, else all its components.
 
     A force is oblique if only a symmetric part of a body is modelled, for instance. Components of at most `rounding`
-    times
-    the magnitude are shown as zero.
+    times the magnitude are shown as zero.
     """
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(

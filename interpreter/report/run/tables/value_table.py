@@ -69,7 +69,7 @@ class _ComparedValue:
         return f"{format_quantity(self.band[0], self.unit, 5)} to {format_quantity(self.band[1], self.unit, 5)}"
 
     def cells(self) -> list[Cell]:
-        """Return the cells of the row in the CSV file."""
+        """Return the cells of this value's row in the CSV file."""
         told = "yes" if self.within else "no"
         return [self.metric, self.owner, self.state or None, self.unit, self.found, self.given, self.uncertainty,
                 self.difference, told, self.kind, *self.ends]  # fmt: skip
