@@ -75,7 +75,7 @@ def solve_model(work: StateRun, name: str) -> None:
     work.warn(load_mismatch_warnings(case, declared, loads), here=solution.notes)
     work.warn(stress_warnings(work.scene, view, prepared), once=True)
     work.warn((), here=_time_step_warnings(work, view, solution))
-    work.warn((), here=_contact_warnings(work, view, prepared))
+    work.warn((), here=_contact_warnings(work, view, prepared, rest))
     work.models[name] = ModelResult(
         name,
         solution.status,
@@ -152,7 +152,7 @@ def _time_step_warnings(work: StateRun, view: View, solution: Solution) -> Seque
     return time_step_warnings(work.scene, work.scene.declared[view.name], view, solution.notes)
 
 
-def _contact_warnings(work: StateRun, view: View, prepared: Prepared) -> Sequence[Diagnostic]:
+def _contact_warnings(work: StateRun, view: View, prepared: Prepared, rest: EquilibriumForces) -> Sequence[Diagnostic]:
     """Return warnings about penetration, gaps, and areas and pressures that contradict the forces of contacts."""
     if not view.case.contacts:
         return ()
@@ -162,7 +162,7 @@ def _contact_warnings(work: StateRun, view: View, prepared: Prepared) -> Sequenc
         penetration_warnings,
     )
 
-    declared, rest = work.scene.declared[view.name], view.at_rest
+    declared = work.scene.declared[view.name]
     metrics = [metric.thing for metric in work.scene.of_kind("metric").values()]
     return (
         *penetration_warnings(declared, view.case, rest, prepared.mesh, view.solve),
