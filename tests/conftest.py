@@ -180,14 +180,6 @@ def _measured_data() -> Iterator[None]:
     del os.environ["SOFTMARK_DATA"]
 
 
-@pytest.fixture
-def ample_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No budget of CPU time ends an error estimate: what is stated does not depend on how busy the machine is."""
-    from softmark.interpreter.verification import estimation_budget
-
-    monkeypatch.setattr(estimation_budget, "LEAST", 300.0)  # s
-
-
 @pytest.fixture(scope="session")
 def needs_data(_measured_data: None) -> Callable[[str], None]:
     """Skip the test unless every data set that a scene's text names is on this machine, and the mesher if it fills."""

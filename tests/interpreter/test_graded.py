@@ -440,7 +440,6 @@ def test_a_poisson_ratio_counts_by_what_it_does_to_moduli() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("ample_budget")
 def test_stated_errors_know_what_files_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Constants of a file and the same ones in the text have one stated error: locking is seen in both."""
     monkeypatch.chdir(tmp_path)

@@ -14,7 +14,6 @@ from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import closed_forms
 
-pytestmark = pytest.mark.usefixtures("ample_budget")
 SHARP = 4.0  # times the true error: twice what theory has of an order of 2, and a chance at one point
 
 

@@ -139,7 +139,6 @@ def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> 
 
 @pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.usefixtures("ample_budget")
 def test_a_finer_space_is_kept_where_the_body_is() -> None:
     """What a mesh is stated to be off is that of a block that lay there: not what its spring of the first place does.
 
