@@ -138,6 +138,24 @@ def test_numbers_of_a_mesh_that_are_none_have_a_place(tmp_path: Path) -> None:
     assert read_field(replace(field, path=str(tmp_path / "ok.vtu")), points[:12] * 1e-3) == pytest.approx(1e3)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("1.00000000000e+00", "inf", r"a coordinate is not a finite number: node 1 lies at \(inf, 0, 0\) m"),
+        ("0\n1\n2\n3\n", "0\n1\n2\n-1\n", "cell 0 refers to node -1, but the file has nodes 0 to 3"),
+        ("0\n1\n2\n3\n", "0\n1\n2\n9\n", "cell 0 refers to node 9, but the file has nodes 0 to 3"),
+    ],
+)
+def test_points_of_a_mesh_that_are_none_have_a_place(old: str, new: str, reason: str, tmp_path: Path) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    mesh = meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 3]]))], point_data={"p": np.full(4, 7.0)})
+    mesh.write(tmp_path / "m.vtu", binary=False)
+    text = (tmp_path / "m.vtu").read_text(encoding="utf-8")
+    (tmp_path / "m.vtu").write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(Unreadable, match=reason):
+        load_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3))
+
+
 def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     import os
 
