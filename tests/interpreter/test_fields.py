@@ -149,6 +149,7 @@ def test_numbers_of_a_mesh_that_are_none_have_a_place(tmp_path: Path) -> None:
         ("1.00000000000e+00", "inf", r"a coordinate is not a finite number: node 1 lies at \(inf, 0, 0\) m"),
         ("0\n1\n2\n3\n", "0\n1\n2\n-1\n", "cell 0 refers to node -1, but the file has nodes 0 to 3"),
         ("0\n1\n2\n3\n", "0\n1\n2\n9\n", "cell 0 refers to node 9, but the file has nodes 0 to 3"),
+        ("0\n1\n2\n3\n", "0\n1\n2\n1\n", "1 of its 1 tetrahedra are flat"),
     ],
 )
 def test_points_of_a_mesh_that_are_none_have_a_place(old: str, new: str, reason: str, tmp_path: Path) -> None:
@@ -237,6 +238,27 @@ def test_a_ratio_from_a_file_is_warned_of_where_elements_lock(tmp_path: Path) ->
     report = softmark.load(tmp_path / "ct.scene").run("lin")
     assert "W301" in {w.code for w in report.warnings}
     assert report.models["lin"].solve["checks"]["residual"] < 1e-8
+
+
+@pytest.mark.parametrize(("header", "reason"), [
+    ({"space directions": np.diag([1.0, np.inf, 1.0])}, r"voxels of \(0.001, inf, 0.001\) m .* absurdly large"),
+    ({"space directions": np.diag([1.0, 1e99, 1.0])}, "absurdly large"),
+    ({"space directions": np.array([[1.0, 0, 0], [0, 1, 0], [2, 0, 0]])}, "linearly dependent"),
+    ({"space directions": np.diag([1.0, 0.0, 1.0])}, "linearly dependent"),
+    ({"space origin": np.array([0.0, np.inf, 0.0])}, "absurdly large, or no finite numbers"),
+])  # fmt: skip
+def test_voxels_without_a_size_or_a_place_are_refused(header: dict[str, Any], reason: str, tmp_path: Path) -> None:
+    with pytest.raises(Unreadable, match=reason):
+        load_field(Field(str(nrrd_file(tmp_path, **header)), UNIT))
+
+
+def test_inverted_cells_keep_their_numbers(tmp_path: Path) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    cells = [("tetra", np.array([[0, 2, 1, 3]]))]
+    meshio.Mesh(points, cells, point_data={"p": 1.0 + points @ [1.0, 2.0, 3.0]}).write(tmp_path / "m.vtu")
+    X = 1e-3 * RNG.dirichlet(np.ones(4), 20) @ points
+    found = read_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3), X)
+    assert found == pytest.approx(1e3 * (1.0 + 1e3 * X @ [1.0, 2.0, 3.0]))
 
 
 @pytest.mark.parametrize("kind", ["hex8", "wedge6", "tet4"])
