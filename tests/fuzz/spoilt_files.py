@@ -185,12 +185,22 @@ def _use_markers(table: Any) -> None:
         positions = table.positions(number)
         _promise(positions.ndim == 2 and positions.shape[1] == 3, "markers are points")
         table.grid(np.isfinite(positions).all(axis=1))
-    _promise(len(table.names) == len(table.names), "markers have names")
+    _promise(all(isinstance(name, str) for name in table.names), "markers have names")
 
 
 def _use_surface(read: Any) -> None:
-    points, triangles = read[:2]
-    _promise(len(triangles) and triangles.min() >= 0 and triangles.max() < len(points), "triangles have their points")
+    from softmark.solvers.mesh.files.watertight_repair import close_surface
+
+    closed = close_surface(*read)
+    _promise(np.isfinite(closed.points).all() and len(closed.triangles), "a closed surface has points and triangles")
+
+
+def _use_scan(read: Any) -> None:
+    from softmark.references.measured_surface import clean_surface
+
+    points, triangles, _ = clean_surface("scan", *read)
+    _promise(np.isfinite(points).all() and len(triangles), "a scan has points and triangles")
+    _promise(triangles.min() >= 0 and triangles.max() < len(points), "triangles have their points")
 
 
 def _use_comparison(read: Any) -> None:
@@ -210,7 +220,7 @@ USES: dict[str, Callable[[Any], None]] = {
     "volumes": _use_volume,
     "markers": _use_markers,
     "surfaces": _use_surface,
-    "scans": _use_surface,
+    "scans": _use_scan,
     "results": results.sound,
     "comparisons": _use_comparison,
 }
