@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
+import io
+import logging
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -250,6 +253,23 @@ def test_a_ratio_from_a_file_is_warned_of_where_elements_lock(tmp_path: Path) ->
 def test_voxels_without_a_size_or_a_place_are_refused(header: dict[str, Any], reason: str, tmp_path: Path) -> None:
     with pytest.raises(Unreadable, match=reason):
         load_field(Field(str(nrrd_file(tmp_path, **header)), UNIT))
+
+
+def test_a_header_that_is_put_right_is_not_talked_about(tmp_path: Path) -> None:
+    """nibabel prints that to the standard error of when it was imported."""
+    nibabel = pytest.importorskip("nibabel")
+    data = bytearray(gzip.decompress(nifti_file(tmp_path).read_bytes()))
+    data[0] = 93  # the size of the header, which is 348
+    (tmp_path / "f.nii").write_bytes(data)
+    out = io.StringIO()
+    handler = logging.StreamHandler(out)
+    nibabel.imageglobals.logger.addHandler(handler)
+    try:
+        found = load_field(Field(str(tmp_path / "f.nii"), UNIT))
+    finally:
+        nibabel.imageglobals.logger.removeHandler(handler)
+    assert found.values(places(3)[1]).shape == (3,)
+    assert not out.getvalue()
 
 
 def test_inverted_cells_keep_their_numbers(tmp_path: Path) -> None:
