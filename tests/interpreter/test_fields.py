@@ -255,6 +255,17 @@ def test_voxels_without_a_size_or_a_place_are_refused(header: dict[str, Any], re
         load_field(Field(str(nrrd_file(tmp_path, **header)), UNIT))
 
 
+def test_a_hexahedron_may_be_collapsed_to_a_wedge(tmp_path: Path) -> None:
+    """At its sharp edge its Jacobian matrix is singular, and points beyond are nearest to that edge."""
+    points = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0], [0, 0, 2], [4, 0, 2], [4, 0, 2], [0, 2, 2]])
+    cells = [("hexahedron", np.arange(8)[None])]
+    meshio.Mesh(points, cells, point_data={"p": 1.0 + points @ [1.0, 2.0, 3.0]}).write(tmp_path / "m.vtu")
+    X = 1e-3 * np.array([[4.0, 0, 2], [4, 0.5, 1.5], [1, 1, 1], [3.9, 0.1, 1.8], [5, 0, 2.5]])
+    found = read_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3), X)
+    assert found[:4] == pytest.approx(1e3 * (1.0 + 1e3 * X[:4] @ [1.0, 2.0, 3.0]))
+    assert 1e3 <= found[4] <= 14e3
+
+
 def test_a_header_that_is_put_right_is_not_talked_about(tmp_path: Path) -> None:
     """nibabel prints that to the standard error of when it was imported."""
     nibabel = pytest.importorskip("nibabel")
