@@ -276,7 +276,14 @@ def _read_by_trimesh(file: Path) -> tuple[Any, Any]:
 
 def _read_by_meshio(file: Path) -> tuple[Any, Any]:
     data = _read_meshio_mesh(file)
-    blocks = [_TRIANGLES[b.type](np.asarray(b.data)) for b in data.cells if b.type in _TRIANGLES]
+    blocks = []
+    for block in data.cells:
+        if block.type in _TRIANGLES:
+            cells, corners = np.asarray(block.data), _TRIANGLES[block.type]
+            if cells.ndim != 2 or cells.shape[1] != max(corners) + 1:
+                reason = f"its {block.type} cells have {cells.shape[-1]} nodes each, not {max(corners) + 1}"
+                raise Unreadable(file.name, reason, "write the file again")
+            blocks.append(cells[:, corners].reshape(-1, 3))
     if not blocks:
         kinds = ", ".join(sorted({b.type for b in data.cells})) or "none"
         raise Unreadable(file.name, f"it has no triangles or quadrilaterals (its cells: {kinds})",
@@ -284,10 +291,7 @@ def _read_by_meshio(file: Path) -> tuple[Any, Any]:
     return data.points, np.concatenate(blocks)
 
 
-_TRIANGLES = {
-    "triangle": lambda cells: cells,
-    "quad": lambda cells: cells[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3),
-}
+_TRIANGLES = {"triangle": [0, 1, 2], "quad": [0, 1, 2, 0, 2, 3]}
 
 
 def _read_meshio_mesh(file: Path) -> Any:

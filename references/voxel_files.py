@@ -7,6 +7,7 @@ missing package.
 from __future__ import annotations
 
 import importlib
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
@@ -29,6 +30,7 @@ else:
 EXTRA = 'run `pip install "softmark[imaging]"`'
 UNITS = {"m": 1.0, "meter": 1.0, "cm": 1e-2, "mm": 1e-3, "millimeter": 1e-3, "um": 1e-6, "micron": 1e-6, "μm": 1e-6}
 MOST_SLICES = 5000  # files of a series
+ABSURD = 1e50  # m: coordinates that are larger overflow when they are multiplied
 EQUAL = 1e-2  # share of the spacing by which slices may lie apart from equally spaced ones
 
 
@@ -63,8 +65,9 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     read = _select_reader(file)
     try:
         with (
-            nullcontext() if read in (_read_dicom, _read_nrrd) else limited_resources(file)
-        ):  # these are of several files
+            nullcontext() if read in (_read_dicom, _read_nrrd) else limited_resources(file),  # these have several files
+            warnings.catch_warnings(action="ignore"),  # pydicom's, about values that are not used
+        ):
             volume = read(file, spacing, unit)
         volume = _check_volume(file.name, _with_spacing(volume, spacing))
     except Unreadable:
@@ -143,7 +146,9 @@ def _find_data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
 
 
 def _read_nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
-    image: Any = import_package("nibabel", file.name).load(str(file))
+    nibabel = import_package("nibabel", file.name)
+    with nibabel.imageglobals.LoggingOutputSuppressor():  # corrections of headers are printed otherwise
+        image: Any = nibabel.load(str(file))
     length = unit or _unit_length(file.name, [image.header.get_xyzt_units()[0]])
     affine = length * np.asarray(image.affine, dtype=float)
     return VoxelVolume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
@@ -258,12 +263,22 @@ def _with_spacing(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
     return VoxelVolume(volume.values, volume.axes / lengths * np.asarray(spacing), volume.origin)
 
 
+def _check_voxel_axes(name: str, volume: VoxelVolume) -> None:
+    """Raise Unreadable if voxels have no size, or no place."""
+    if volume.axes.shape == (3, 3) and not (np.abs([*volume.axes, volume.origin]) < ABSURD).all():
+        size, place = (", ".join(f"{x:.4g}" for x in row) for row in (np.abs(volume.axes).max(axis=0), volume.origin))
+        reason = f"voxels of ({size}) m from ({place}) m on are absurdly large, or no finite numbers"
+        raise Unreadable(name, reason, "correct the header of the file")
+    lengths = np.linalg.norm(volume.axes, axis=0)
+    if volume.axes.shape != (3, 3) or not lengths.all() or not abs(np.linalg.det(volume.axes / lengths)) > 0.0:
+        raise Unreadable(name, "the voxel directions are linearly dependent", "give `spacing`")
+
+
 def _check_volume(name: str, volume: VoxelVolume) -> VoxelVolume:
     values = np.asarray(volume.values)
     if values.ndim != 3 or min(values.shape) < 2:
         raise Unreadable(name, f"its voxels have shape {values.shape}", "give a three-dimensional grid")
-    if volume.axes.shape != (3, 3) or not abs(np.linalg.det(volume.axes)) > 0:
-        raise Unreadable(name, "the voxel directions are linearly dependent", "give `spacing`")
+    _check_voxel_axes(name, volume)
     values = values.astype(np.float64 if values.dtype == np.float64 else np.float32)
     if not (finite := np.isfinite(values)).all():
         i, j, k = np.unravel_index(int(finite.argmin()), finite.shape)

@@ -9,7 +9,7 @@ from pathlib import Path
 from lsprotocol import types
 
 from softmark.grammar import tree
-from softmark.interpreter.language.scene_sources import SUFFIX
+from softmark.interpreter.language.scene_sources import SUFFIX, UnreadableScene, read_scene_file
 from softmark.interpreter.language_server.name_index import Target, document_of, name_at, uses
 from softmark.interpreter.language_server.open_documents import OpenDocuments
 from softmark.interpreter.language_server.text_document import Document
@@ -91,8 +91,8 @@ def _find_using_scenes(opened: OpenDocuments, uri: str, target: Target) -> Itera
         if file.resolve() in known:
             continue
         try:
-            text = file.read_text(encoding="utf-8")
-        except (OSError, ValueError):
+            text = read_scene_file(file).text
+        except UnreadableScene:
             continue
         if file.resolve() == home.resolve() or _may_use(text, home, target.name):
             yield file.as_uri(), Document(text, file.parent, file, vocabulary=opened.documents[uri].vocabulary)

@@ -300,9 +300,15 @@ def _is_off_axis(shape: Shape) -> bool:
 
 
 def case_for(scene: Scene, worker: Declared) -> Case:
-    """Return the case of a model or reference, with its own material if it declares one. Raises Fault."""
+    """Return the case of a model or reference, with its own material if it declares one.
+
+    Raises Fault if its body is ambiguous or rigid.
+    """
     other = worker.thing.other_material if worker.kind == "model" else None
-    case = case_of(scene, body_of(scene, worker))
+    body = scene.declared[body_of(scene, worker)]
+    if is_rigid(body):
+        raise Fault(rigid_body_error(worker, body, f"name a deformable body: a rigid body has no {worker.kind}s"))
+    case = case_of(scene, body.name)
     if other is None:
         return case
     key = Case, case.body.name, id(other)  # the cached case keeps this object alive, so its id stays unique
@@ -310,6 +316,12 @@ def case_for(scene: Scene, worker: Declared) -> Case:
         scene.known[key] = replace(case, other_material=other)
     found: Case = scene.known[key]
     return found
+
+
+def rigid_body_error(declared: Declared, body: Declared, help: str) -> Diagnostic:
+    """Return the error of a declaration that refers to a rigid body but needs a deformable one."""
+    problem = f"`{declared.name}` needs a deformable body, but `{body.name}` is rigid"
+    return diagnostic("E655", declared.at("body"), problem, f"unsupported {declared.kind} of a rigid body", help)
 
 
 def body_of(scene: Scene, declared: Declared) -> str:

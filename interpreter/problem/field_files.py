@@ -216,7 +216,8 @@ def _image(field: Field, file: Path) -> Image:
 
 def _mesh(field: Field, file: Path) -> MeshField:
     from softmark.solvers.elements import ELEMENTS
-    from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse
+    from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse, points_in_metres
+    from softmark.solvers.mesh.files.mesh_validation import drop_unused_points, orient_cells
     from softmark.solvers.mesh.mesh import Mesh
 
     if field.length is None:
@@ -232,11 +233,15 @@ def _mesh(field: Field, file: Path) -> MeshField:
     if len(kinds) != 1:
         reason = f"its solid cells are of {len(kinds)} kinds" if kinds else "it has no solid cells"
         raise Unreadable(file.name, reason, "use tetrahedra or hexahedra of one kind")
-    cells = np.concatenate([read.cells[i].data for i in blocks])
-    frame = FileFrame(field.length, field.x, field.z, field.origin)
-    apart = np.arange(cells.size).reshape(cells.shape)
-    X = frame.points(np.asarray(read.points, dtype=np.float64), file.name)[cells.ravel()]
-    return MeshField(Mesh(X, apart, known[kinds.pop()]), _read_nodal_values(field, file, read, cells, blocks))
+    kind, cells = known[kinds.pop()], np.concatenate([read.cells[i].data for i in blocks])
+    try:
+        points, cells, number = drop_unused_points(points_in_metres(read, field.length), cells)
+        cells = orient_cells(points, cells, kind)
+    except UnreadableMesh as error:
+        raise Unreadable(file.name, str(error), error.remedy or "write the file again") from None
+    X = FileFrame(1.0, field.x, field.z, field.origin).points(points, file.name)[cells.ravel()]
+    values = _read_nodal_values(field, file, read, number[cells], blocks)
+    return MeshField(Mesh(X, np.arange(cells.size).reshape(cells.shape), kind), values)
 
 
 def _read_nodal_values(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:

@@ -11,7 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.problem.body_case import is_force_driven
+from softmark.interpreter.problem.body_case import is_force_driven, rigid_body_error
 from softmark.interpreter.problem.out_of_plane_contact import missed_plane_error
 from softmark.interpreter.problem.symmetry_planes import rigid_body_motion_error
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
@@ -188,12 +188,9 @@ def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnost
                                                                "all of it",
                                  "selects a part of a rigid body", "remove `where`")  # fmt: skip
         elif declared.kind != "support":
-            help = (
-                PULLED if declared.kind == "load" else f"name a deformable body: a rigid body has no {declared.kind}s"
-            )
-            yield diagnostic("E655", declared.at("body"), f"`{declared.name}` needs a deformable body, but "
-                                                          f"`{body.name}` is rigid",
-                             f"unsupported {declared.kind} of a rigid body", help)  # fmt: skip
+            named = f"name a deformable body: a rigid body has no {declared.kind}s"
+            help = PULLED if declared.kind == "load" else named
+            yield rigid_body_error(declared, body, help)
         elif not thing.on_rigid_bodies:
             yield diagnostic("E655", declared.at(), f"`{declared.name}` is not a support for rigid bodies such as "
                                                     f"`{body.name}`", "not for rigid bodies", MOVED)  # fmt: skip

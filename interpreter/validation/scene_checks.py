@@ -200,7 +200,10 @@ def _models_and_references(scene: Scene) -> list[Declared]:
 
 
 def _cases(scene: Scene, kind: str, valid: bool = True) -> Iterator[tuple[Declared, Case]]:
-    """Yield the models or references with their cases, without ambiguous bodies and, if `valid`, invalid shapes."""
+    """Yield the models or references of unambiguous deformable bodies with their cases.
+
+    If `valid`, those of invalid shapes are left out.
+    """
     for declared in scene.asked(kind).values():
         try:
             case = case_for(scene, declared)
@@ -287,7 +290,7 @@ def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnosti
 
 def _check_references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
-        if reference.thing.how != "solved" or is_rigid(case.body):  # measured: independent of supports; E655
+        if reference.thing.how != "solved":  # measured: independent of supports
             continue
         if case.shape.wired and not reference.thing.supports_networks:
             from softmark.interpreter.validation import frame_checks

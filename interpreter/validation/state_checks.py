@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -32,12 +33,14 @@ SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 def state_of_largest_load(scene: Scene) -> Scene:
     """Return the scene in the state with the largest loads, for checks that depend on their size.
 
-    Without states, loads and supports that depend on a state act with their full value.
+    Without states, or if the table of an amplitude is unreadable, loads and supports that depend on a state act with
+    their full value.
     """
     states = states_of(scene)
-    if states:
-        sizes = [_state_factor(scene, state) for state in states]
-        return in_state(scene, sizes.index(max(sizes)))
+    with suppress(Unreadable):  # reported elsewhere
+        if states:
+            sizes = [_state_factor(scene, state) for state in states]
+            return in_state(scene, sizes.index(max(sizes)))
     full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven_by_state(scene) if d.kind != "material"}
     return replace(scene, declared={**scene.declared, **full}) if full else scene
 
@@ -45,16 +48,13 @@ def state_of_largest_load(scene: Scene) -> Scene:
 def _state_factor(scene: Scene, state: float) -> float:
     """Return the factor of the loads in a state, for the search of the largest loads.
 
-    If states are times, it is the largest absolute amplitude at that time.
+    If states are times, it is the largest absolute amplitude at that time. Raises Unreadable.
     """
     if not isinstance(state, TimeState):
         return abs(state)
     moved = (d.thing.amplitude for d in find_time_dependent(scene))
     amplitudes = (c for c in moved if c is not None and not isinstance(c, PerState))
-    try:
-        return max((abs(c.at(state)) for c in amplitudes), default=1.0)
-    except Unreadable:  # an unreadable table is reported elsewhere
-        return 0.0
+    return max((abs(c.at(state)) for c in amplitudes), default=1.0)
 
 
 def _has_times(scene: Scene) -> bool:

@@ -6,6 +6,7 @@ quadrature.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
@@ -36,7 +37,7 @@ def read_field_again(field: Field, X: Floats) -> Floats:
     known = load_field(field)
     if not isinstance(known, Image):
         return read_field(field, X)
-    at = np.linalg.solve(np.linalg.inv(known.inverse), (X - known.centre).T)
+    at = np.linalg.inv(np.linalg.inv(known.inverse)) @ (X - known.centre).T
     found: Floats = field.unit.value * ndimage.map_coordinates(known.numbers, at, order=1, mode="nearest")
     return found
 
@@ -74,8 +75,10 @@ def density_of(case: Case) -> Any:
 # ------------------------------------------------------------------ integrals by another quadrature
 
 LOOKED_AT = (6, 4)  # cells of each material that are integrated again: with points of their own, and others
-BOXES = 5  # along each direction of a cell, to begin with
+BOXES = 5  # along each direction of a cell, to begin with, or more where centres of voxels lie in planes between
 MOST = 6_000  # boxes of a cell; the error that they leave is allowed for
+VOXELS = 12_000  # boxes between centres of voxels: of more in a cell, they are not distinguished
+PARALLEL = 1e-9  # relative: voxels and cells that are turned by less have parallel faces
 ROUNDS = 40  # times that boxes are halved
 CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
 OFF = 5e-3  # of an integral: the error that the element's quadrature may have
@@ -91,13 +94,13 @@ def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[di
     worst, reason = 0.0, None
     for own, which in split_by_material(case, mesh):
         part = mesh_of_cells(mesh.mesh, which)
-        for name, rows, seen in _integrands(own, part, pressures):
+        for name, rows, seen, images in _integrands(own, part, pressures):
             off = _largest_volume_error(seen, part)
             worst = max(worst, off)
             if off > OFF and reason is None:
                 reason = f"the quadrature points of `{name}` miss the volume of a cell by {100 * off:.2g} %"
             for cell in _sample_cells(seen, len(part.cells)):
-                off, allowed = _compare_cell(rows, seen, part, cell)
+                off, allowed = _compare_cell(rows, seen, images, part, cell)
                 worst = max(worst, off)
                 if off > allowed and reason is None:
                     reason = (f"the integral of `{name}` over a cell differs by {100 * off:.2g} % from that "
@@ -105,18 +108,21 @@ def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[di
     return {"integrals_off": worst}, reason
 
 
-def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, Callable[[Floats], Floats], Any]]:
-    """Yield the name of a constant, its integrands (g, n) at points (n, 3), and the quadrature that the model uses."""
+def _integrands(
+    case: Case, mesh: Any, pressures: bool
+) -> Iterator[tuple[str, Callable[[Floats], Floats], Any, list[Image]]]:
+    """Yield the name of a constant, its integrands (g, n) at points (n, 3), the model's quadrature, and the images."""
     from softmark.interpreter.models.shared import heterogeneous_material
 
     material = case.material
     if (seen := heterogeneous_material.density_quadrature(case, mesh)) is not None:
-        yield "density", lambda X: constant_values(material.density, X)[None], seen
+        yield "density", lambda X: constant_values(material.density, X)[None], seen, _images(material.density)
     if (seen := heterogeneous_material.stiffness_of(case, mesh, pressures)) is None:
         return
     active = next((n for n in heterogeneous_material.ACTIVE if isinstance(getattr(material, n, None), Profile)), None)
     if active is not None:
-        yield active, lambda X: constant_values(getattr(material, active), X)[None], seen
+        constant = getattr(material, active)
+        yield active, lambda X: constant_values(constant, X)[None], seen, _images(constant)
         return
 
     def moduli(X: Floats) -> Floats:
@@ -126,7 +132,14 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
         K = E / (3.0 - 6.0 * nu)
         return np.stack([E / (2.0 + 2.0 * nu), 1.0 / K if pressures else K])
 
-    yield "young" if isinstance(material.young, Profile) else "poisson", moduli, seen
+    images = _images(material.young, material.poisson)
+    yield "young" if isinstance(material.young, Profile) else "poisson", moduli, seen, images
+
+
+def _images(*constants: Any) -> list[Image]:
+    """Return the images that constants depend on."""
+    fields = [f for constant in constants if isinstance(constant, Profile) for f in constant.fields]
+    return [image for image in map(load_field, fields) if isinstance(image, Image)]
 
 
 def _largest_volume_error(seen: Any, mesh: Any) -> float:
@@ -148,7 +161,9 @@ def _sample_cells(seen: Any, count: int) -> Any:
     )
 
 
-def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int) -> tuple[float, float]:
+def _compare_cell(
+    rows: Callable[[Floats], Floats], seen: Any, images: list[Image], mesh: Any, cell: int
+) -> tuple[float, float]:
     """Return the deviation of a cell's integrals, relative to the size of the integrands, and the allowed deviation."""
     corners, kind = mesh.points[mesh.cells[[cell]]], mesh.kind
     if seen.rule is None or not seen.rule.special[cell]:
@@ -163,7 +178,8 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
 
     found, size = integrals(xi, w)
     hints = seen.fine.xi[seen.fine.cell == cell]
-    fine, left = integrate_by_boxes(kind, lambda xi: _weighted_integrands(rows, mesh, cell, xi), hints, CLOSE * size)
+    f, kinks = _weighted_integrands(rows, images, kind, corners[0])
+    fine, left = integrate_by_boxes(kind, f, hints, CLOSE * size, kinks)
     scale = size + 1e-3 * seen.total / len(mesh.cells)
     off = (np.abs(found - fine) / scale)[: 1 if mesh.element.constant else None]  # one strain: no moments
     allowed = OFF + (left + seen.missed[cell] * seen.total) / scale
@@ -171,35 +187,81 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
     return float(off[:, worst].max()), float(allowed[worst])
 
 
-def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
-    """Return the integrands times the cell's Jacobian determinant (g, n), at local points xi (n, 3)."""
-    corners = mesh.points[mesh.cells[cell]]
-    a, b, c = np.moveaxis((corners - corners[0]).T @ solid_forces.shape_derivatives(mesh.kind, xi), 2, 0)
-    found: Floats = rows(solid_forces.shape_functions(mesh.kind, xi) @ corners) * (np.cross(a, b) * c).sum(axis=1)
+def _weighted_integrands(
+    rows: Callable[[Floats], Floats], images: list[Image], kind: str, corners: Floats
+) -> tuple[Callable[[Floats], Floats], list[Floats]]:
+    """Return the integrands times the Jacobian determinant of the cell, and where they have kinks.
+
+    The former are a function (g, n) of local points (n, 3), the latter coordinates of planes along each axis of the
+    unit cube that is mapped to the cell.
+    """
+    known = solid_forces.affine_map(kind, corners)
+    if known is not None:
+        b, A = known
+        det = float(np.linalg.det(A))
+        return lambda xi: rows(xi @ A.T + b) * det, _voxel_planes(images, kind, A, b)
+
+    def weighted(xi: Floats) -> Floats:
+        columns = np.moveaxis(solid_forces.shape_derivatives(kind, xi), 2, 0) @ (corners - corners[0])
+        det = np.linalg.det(np.moveaxis(columns, 0, 2))
+        found: Floats = rows(solid_forces.shape_functions(kind, xi) @ corners) * det
+        return found
+
+    return weighted, [np.zeros(0)] * 3
+
+
+def _voxel_planes(images: list[Image], kind: str, A: Floats, b: Floats) -> list[Floats]:
+    """Return coordinates (n,) of planes through voxel centres, for each axis of the unit cube normal to them.
+
+    The cube is mapped to a cell with positions A xi + b. Between these planes an image is linear along each axis.
+    """
+    found: list[Floats] = [np.zeros(0)] * 3
+    for image in images:
+        slopes, start = image.inverse @ A, image.inverse @ (b - image.centre)  # of voxel indices over xi
+        for along, first, count in zip(slopes, start, image.numbers.shape, strict=True):
+            (axes,) = np.nonzero(np.abs(along) > PARALLEL * np.abs(along).max())
+            axis = int(axes[0])
+            if len(axes) > 1 or not _is_cube_axis(kind, axis):
+                continue
+            xi = np.zeros((count, 3))
+            xi[:, axis] = (np.arange(count) - first) / along[axis]
+            found[axis] = np.concatenate([found[axis], cell_to_cube(kind, xi)[:, axis]])
     return found
 
 
-def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
+def _is_cube_axis(kind: str, axis: int) -> bool:
+    """Return whether a local coordinate of a cell depends only on the same coordinate of the unit cube."""
+    return solid_forces.is_tensor_product(kind) or axis == 0 or (axis == 2 and solid_forces.is_wedge(kind))
+
+
+def integrate_by_boxes(
+    kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats, kinks: Sequence[Floats] = ((),) * 3
+) -> tuple[Floats, Floats]:
     """Return integrals (4, g) over a reference cell: of functions f (g, n), and of f times each local coordinate.
 
     The second result is an error estimate (g,). It compares three Gauss points per direction of a box with two, and
-    with Simpson's rule, which detects features beyond the outermost Gauss points. Boxes are halved until the summed
-    error is at most `close` (g,), and until no value at the local points `hints` (n, 3) is outside the range found in
-    its box.
+    with Simpson's rule, which detects features beyond the outermost Gauss points. Boxes end at `kinks`, coordinates
+    along each axis of the unit cube. They are halved until the summed error is at most `close` (g,), and until no value
+    at the local points `hints` (n, 3) is outside the range found in its box.
     """
-    grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    low, size = grid, np.full_like(grid, 1.0 / BOXES)
+    edges = [_box_edges(own) for own in kinks]
+    if math.prod(len(own) - 1 for own in edges) > VOXELS:
+        edges = [_box_edges(())] * 3
+    low, size = (
+        np.stack(np.meshgrid(*own, indexing="ij"), axis=-1).reshape(-1, 3)
+        for own in ([e[:-1] for e in edges], [np.diff(e) for e in edges])
+    )
     at, told = cell_to_cube(kind, hints), f(hints)
-    owner = _initial_box_numbers(at)
+    owner = _initial_box_numbers(at, edges)
     total, error = np.zeros((4, len(close))), np.zeros(len(close))
     taken = 0
     for turn in range(ROUNDS + 1):
         values, own, off, bend = _integrate_boxes(kind, f, low, size)
         surprise = _excess_over_box_range(values, told, owner)
         if turn == 0 and surprise.any():  # what is seen in one place may be as narrow all along a layer of boxes
-            more = _points_in_layers(at, surprise.max(axis=0), low + 0.5 * size)
+            more = _points_in_layers(at, surprise.max(axis=0), low + 0.5 * size, edges)
             at, told = np.concatenate([at, more]), np.concatenate([told, f(cube_to_cell(kind, more)[0])], axis=1)
-            owner = _initial_box_numbers(at)
+            owner = _initial_box_numbers(at, edges)
             surprise = _excess_over_box_range(values, told, owner)
         beyond, some = np.zeros((len(close), len(low))), np.flatnonzero(surprise.any(axis=0))
         for g in range(len(close)):
@@ -234,9 +296,26 @@ def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, 
     return total, error
 
 
-def _initial_box_numbers(at: Floats) -> Any:
+def _box_edges(kinks: Sequence[float] | Floats) -> Floats:
+    """Return the edges (n + 1,) of the initial boxes along one axis of the unit cube: at kinks, and BOXES or more."""
+    inner = np.sort([k for k in kinks if PARALLEL < k < 1.0 - PARALLEL])
+    inner = inner[np.diff(inner, prepend=-1.0) > PARALLEL]
+    found = [0.0]
+    for end in (*inner, 1.0):
+        start, parts = found[-1], math.ceil((end - found[-1]) * BOXES - PARALLEL)
+        found += [start + (end - start) * (i / parts) for i in range(1, parts + 1)]
+    return np.array(found)
+
+
+def _layers(x: Floats, edges: Floats) -> Any:
+    """Return the number of the layer of initial boxes that contains each coordinate `x` (n,) of the unit cube."""
+    return np.searchsorted(edges[1:-1], x, side="right")
+
+
+def _initial_box_numbers(at: Floats, edges: Sequence[Floats]) -> Any:
     """Return the number of the initial box that contains each point `at` (n, 3) of the unit cube, shape (n,)."""
-    return (np.clip((at * BOXES).astype(int), 0, BOXES - 1) @ [BOXES**2, BOXES, 1]).astype(int)
+    each = tuple(map(_layers, at.T, edges))
+    return np.ravel_multi_index(each, tuple(len(e) - 1 for e in edges))
 
 
 def _excess_over_box_range(values: Floats, told: Floats, owner: Any) -> Floats:
@@ -249,14 +328,14 @@ def _excess_over_box_range(values: Floats, told: Floats, owner: Any) -> Floats:
     return np.where(above > np.maximum((most - least)[:, owner], 0.0), above, 0.0)
 
 
-def _points_in_layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
+def _points_in_layers(at: Floats, surprise: Floats, centres: Floats, edges: Sequence[Floats]) -> Floats:
     """Return additional points (n, 3) in each layer of boxes, across an axis, that contains an unexpected value.
 
     They lie at the height of the point of the layer with the largest `surprise`.
     """
     found = []
     for axis in range(3):
-        own, other = (np.clip((X[:, axis] * BOXES).astype(int), 0, BOXES - 1) for X in (at, centres))
+        own, other = (_layers(X[:, axis], edges[axis]) for X in (at, centres))
         for k in np.unique(own[surprise > 0.0]):
             layer = centres[other == k]
             layer[:, axis] = at[np.where(own == k, surprise, -1.0).argmax(), axis]

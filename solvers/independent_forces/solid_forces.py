@@ -32,6 +32,7 @@ CHUNK = 16_384  # integration points at a time
 MANY = 400_000  # integration points from which forces are found again at a sample of the nodes
 SAMPLE = 20_000  # nodes of the sample
 EPS = float(np.finfo(np.float64).eps)
+AFFINE = 1e-12  # of the extent of a cell: nodes as near to their places in an affine cell are rounded
 THROUGH = 1e-9  # relative to the largest radius: points farther beyond the axis are not rounding
 
 # ------------------------------------------------------------------ shape functions from their nodes
@@ -68,9 +69,13 @@ def is_wedge(kind: Cell) -> bool:
 
 def _monomials(xi: Floats, powers: Any) -> Floats:
     """Return xi^p eta^q zeta^r (q, a) at local points xi (q, d), for powers (a, d)."""
-    tower = np.stack([*accumulate([np.ones_like(xi)] + [xi] * powers.max(), np.multiply)])
-    found: Floats = np.prod([tower[powers[:, axis], :, axis] for axis in range(xi.shape[1])], axis=0).T
-    return found
+    towers = [[*accumulate([x] * max(int(powers.max()), 1), np.multiply)] for x in np.ascontiguousarray(xi.T)]
+    found = np.ones((len(powers), len(xi)))
+    for row, own in zip(found, powers, strict=True):
+        for tower, power in zip(towers, own, strict=True):
+            if power:
+                row *= tower[power - 1]
+    return found.T
 
 
 @cache
@@ -100,6 +105,15 @@ def shape_derivatives(kind: Cell, xi: Floats) -> Floats:
         lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
         columns.append(powers[:, axis] * _monomials(xi, lower) @ _shape_coefficients(kind))
     return np.stack(columns, axis=2)
+
+
+def affine_map(kind: Cell, points: Floats) -> tuple[Floats, Floats] | None:
+    """Return origin b (3,) and matrix A (3, 3) if a cell with nodes `points` (a, 3) is x = A xi + b, else None."""
+    centre = np.zeros((1, 3))
+    A = points.T @ shape_derivatives(kind, centre)[0]
+    b = (shape_functions(kind, centre) @ points)[0]
+    off = np.abs(node_positions(kind) @ A.T + b - points).max()
+    return (b, A) if off <= AFFINE * np.ptp(points, axis=0).max() else None
 
 
 # ------------------------------------------------------------------ quadrature

@@ -238,7 +238,7 @@ def _extrapolated_shape_functions(mesh: Mesh, X: Floats, cell: Ints, xi: Floats)
     N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
     corners = mesh.points[mesh.cells[cell]]
     J = np.einsum("pai,paj->pij", corners, dN)
-    rest = np.linalg.solve(J, (X - np.einsum("pa,pai->pi", N, corners))[:, :, None])[:, :, 0]
+    rest = _newton_steps(J, X - np.einsum("pa,pai->pi", N, corners))
     values: Floats = N + np.einsum("paj,pj->pa", dN, rest)
     return values
 
@@ -272,6 +272,14 @@ def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[In
     return np.repeat(np.arange(len(X)), count), found.ravel()
 
 
+def _newton_steps(J: Floats, rest: Floats) -> Floats:
+    """Return the solutions (p, 3) of J s = rest, the shortest ones where a cell is collapsed to an edge or point."""
+    try:
+        return np.asarray(np.linalg.solve(J, rest[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:
+        return np.asarray((np.linalg.pinv(J) @ rest[:, :, None])[:, :, 0])
+
+
 def _find_local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
     """Return the local coordinates xi (p, 3) of points X (p, 3), m, in cells (p,), by projected Newton steps.
 
@@ -287,7 +295,7 @@ def _find_local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> F
         N, dN = element.shape(xi), element.gradient(xi)
         J = np.einsum("pai,paj->pij", corners, dN)
         rest = X[moving] - np.einsum("pa,pai->pi", N, corners)
-        wanted = xi + np.linalg.solve(J, rest[:, :, None])[:, :, 0]
+        wanted = xi + _newton_steps(J, rest)
         moved = result[moving] = element.clip(wanted)
         settled, without = np.abs(moved - xi).max(axis=1) < STILL, np.abs(moved - wanted).max(axis=1)
         held[which[moving[settled & (without < STILL)]]] = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -121,6 +122,18 @@ def test_a_name_of_another_file_changes_there_and_in_all_scenes_that_use_it(tmp_
     assert after(own.document, changes[own.uri]).endswith("param p = soft.ratio + 1\n")
     alias = marked('use "soft.scene" as so<|>ft\nparam p = soft.nu\n', tmp_path)
     assert after(alias.document, renamed(alias, "it")[alias.uri]) == 'use "soft.scene" as it\nparam p = it.nu\n'
+
+
+def test_what_is_no_scene_beside_it_is_not_looked_through(tmp_path: Path) -> None:
+    """A pipe would wait for a writer; a terabyte of holes takes more memory than there is."""
+    os.mkfifo(tmp_path / "pipe.scene")
+    (tmp_path / "zero.scene").symlink_to("/dev/zero")
+    with (tmp_path / "holes.scene").open("wb") as file:
+        file.truncate(10**12)
+    (tmp_path / "some.scene").write_text("param nu = 0.49\n")
+    (tmp_path / "other.scene").write_text('use "some.scene" as it\nparam q = it.nu\n')
+    changes = renamed(marked("param nu<|> = 0.49\n", tmp_path), "ratio")
+    assert {uri.rsplit("/", 1)[1] for uri in changes} == {"some.scene", "other.scene"}
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
+import io
+import logging
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,10 +17,15 @@ from scipy.interpolate import RegularGridInterpolator
 
 import softmark
 from softmark.interpreter.language.expression_evaluation import Quantity
-from softmark.interpreter.problem.field_files import load_field, read_field
-from softmark.interpreter.verification.heterogeneous_constants_check import read_field_again
+from softmark.interpreter.problem.field_files import Image, load_field, read_field
+from softmark.interpreter.verification.heterogeneous_constants_check import (
+    _weighted_integrands,
+    integrate_by_boxes,
+    read_field_again,
+)
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.references.measured_data import Unreadable
+from softmark.solvers.independent_forces.solid_forces import node_positions
 
 Floats = NDArray[np.float64]
 
@@ -138,6 +146,25 @@ def test_numbers_of_a_mesh_that_are_none_have_a_place(tmp_path: Path) -> None:
     assert read_field(replace(field, path=str(tmp_path / "ok.vtu")), points[:12] * 1e-3) == pytest.approx(1e3)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("1.00000000000e+00", "inf", r"a coordinate is not a finite number: node 1 lies at \(inf, 0, 0\) m"),
+        ("0\n1\n2\n3\n", "0\n1\n2\n-1\n", "cell 0 refers to node -1, but the file has nodes 0 to 3"),
+        ("0\n1\n2\n3\n", "0\n1\n2\n9\n", "cell 0 refers to node 9, but the file has nodes 0 to 3"),
+        ("0\n1\n2\n3\n", "0\n1\n2\n1\n", "1 of its 1 tetrahedra are flat"),
+    ],
+)
+def test_points_of_a_mesh_that_are_none_have_a_place(old: str, new: str, reason: str, tmp_path: Path) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    mesh = meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 3]]))], point_data={"p": np.full(4, 7.0)})
+    mesh.write(tmp_path / "m.vtu", binary=False)
+    text = (tmp_path / "m.vtu").read_text(encoding="utf-8")
+    (tmp_path / "m.vtu").write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(Unreadable, match=reason):
+        load_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3))
+
+
 def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     import os
 
@@ -214,3 +241,89 @@ def test_a_ratio_from_a_file_is_warned_of_where_elements_lock(tmp_path: Path) ->
     report = softmark.load(tmp_path / "ct.scene").run("lin")
     assert "W301" in {w.code for w in report.warnings}
     assert report.models["lin"].solve["checks"]["residual"] < 1e-8
+
+
+@pytest.mark.parametrize(("header", "reason"), [
+    ({"space directions": np.diag([1.0, np.inf, 1.0])}, r"voxels of \(0.001, inf, 0.001\) m .* absurdly large"),
+    ({"space directions": np.diag([1.0, 1e99, 1.0])}, "absurdly large"),
+    ({"space directions": np.array([[1.0, 0, 0], [0, 1, 0], [2, 0, 0]])}, "linearly dependent"),
+    ({"space directions": np.diag([1.0, 0.0, 1.0])}, "linearly dependent"),
+    ({"space origin": np.array([0.0, np.inf, 0.0])}, "absurdly large, or no finite numbers"),
+])  # fmt: skip
+def test_voxels_without_a_size_or_a_place_are_refused(header: dict[str, Any], reason: str, tmp_path: Path) -> None:
+    with pytest.raises(Unreadable, match=reason):
+        load_field(Field(str(nrrd_file(tmp_path, **header)), UNIT))
+
+
+def test_a_hexahedron_may_be_collapsed_to_a_wedge(tmp_path: Path) -> None:
+    """At its sharp edge its Jacobian matrix is singular, and points beyond are nearest to that edge."""
+    points = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0], [0, 0, 2], [4, 0, 2], [4, 0, 2], [0, 2, 2]])
+    cells = [("hexahedron", np.arange(8)[None])]
+    meshio.Mesh(points, cells, point_data={"p": 1.0 + points @ [1.0, 2.0, 3.0]}).write(tmp_path / "m.vtu")
+    X = 1e-3 * np.array([[4.0, 0, 2], [4, 0.5, 1.5], [1, 1, 1], [3.9, 0.1, 1.8], [5, 0, 2.5]])
+    found = read_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3), X)
+    assert found[:4] == pytest.approx(1e3 * (1.0 + 1e3 * X[:4] @ [1.0, 2.0, 3.0]))
+    assert 1e3 <= found[4] <= 14e3
+
+
+def test_a_header_that_is_put_right_is_not_talked_about(tmp_path: Path) -> None:
+    """nibabel prints that to the standard error of when it was imported."""
+    nibabel = pytest.importorskip("nibabel")
+    data = bytearray(gzip.decompress(nifti_file(tmp_path).read_bytes()))
+    data[0] = 93  # the size of the header, which is 348
+    (tmp_path / "f.nii").write_bytes(data)
+    out = io.StringIO()
+    handler = logging.StreamHandler(out)
+    nibabel.imageglobals.logger.addHandler(handler)
+    try:
+        found = load_field(Field(str(tmp_path / "f.nii"), UNIT))
+    finally:
+        nibabel.imageglobals.logger.removeHandler(handler)
+    assert found.values(places(3)[1]).shape == (3,)
+    assert not out.getvalue()
+
+
+def test_inverted_cells_keep_their_numbers(tmp_path: Path) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    cells = [("tetra", np.array([[0, 2, 1, 3]]))]
+    meshio.Mesh(points, cells, point_data={"p": 1.0 + points @ [1.0, 2.0, 3.0]}).write(tmp_path / "m.vtu")
+    X = 1e-3 * RNG.dirichlet(np.ones(4), 20) @ points
+    found = read_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3), X)
+    assert found == pytest.approx(1e3 * (1.0 + 1e3 * X @ [1.0, 2.0, 3.0]))
+
+
+@pytest.mark.parametrize("kind", ["hex8", "wedge6", "tet4"])
+def test_integrals_between_voxels_are_exact_in_cells_along_them(kind: str, tmp_path: Path) -> None:
+    """An image is linear along each axis between centres of voxels, and boxes that end there need no halving."""
+    pytest.importorskip("nrrd")
+    image = load_field(Field(str(nrrd_file(tmp_path)), UNIT))
+    assert isinstance(image, Image)
+    A, b = np.diag([3.1e-3, 2.3e-3, 4.7e-3]), np.array([4e-3, 3e-3, 4e-3])
+    corners = node_positions(kind) @ A.T + b
+    many = 0
+
+    def rows(X: Any) -> Any:
+        nonlocal many
+        many += len(X)
+        return image.values(X)[None]
+
+    f, kinks = _weighted_integrands(rows, [image], kind, corners)
+    flat = [axis for axis in range(3) if len(kinks[axis])]
+    assert flat == {"hex8": [0, 1, 2], "wedge6": [0, 2], "tet4": [0]}[kind]
+    hints, close = node_positions(kind), np.array([1e-9])
+    own, left = integrate_by_boxes(kind, f, hints, close, kinks)
+    taken, many = many, 0
+    other, more = integrate_by_boxes(kind, f, hints, close)
+    assert np.abs(own - other).max() <= left[0] + more[0]
+    assert left[0] <= more[0]
+    if kind == "hex8":
+        assert taken < 0.2 * many
+        planes = [np.unique([0.0, 1.0, *(k for k in along if 0.0 < k < 1.0)]) for along in kinks]
+        t, w = np.polynomial.legendre.leggauss(2)  # exact for what is linear along each axis
+        points = [(p[:-1, None] + np.diff(p)[:, None] * 0.5 * (t + 1.0)).ravel() for p in planes]
+        weights = [(np.diff(p)[:, None] * 0.5 * w).ravel() for p in planes]
+        xi = 2.0 * np.stack(np.meshgrid(*points, indexing="ij"), axis=-1).reshape(-1, 3) - 1.0
+        volume = 8.0 * float(np.linalg.det(A)) * np.einsum("i,j,k->ijk", *weights).ravel()
+        whole = float(image.values(xi @ A.T + b) @ volume)
+        assert own[0, 0] == pytest.approx(whole, rel=1e-9)
+        assert left[0] < 1e-9 * abs(whole)

@@ -92,6 +92,17 @@ def test_changed_mesh_files(fuzz_folder: Path, seed: int) -> None:
 FILES: list[bytes] = []
 
 
+@pytest.mark.parametrize("script", [["spoilt_files.py", "20", "3"], ["editor.py", "20", "3"]], ids=lambda s: s[0])
+@pytest.mark.long
+@pytest.mark.slow
+def test_spoilt_files_and_texts_in_an_editor(script: list[str], tmp_path: Path) -> None:
+    """In a process of its own, since its memory is limited: spoilt files of every reader, all requests of editors."""
+    command = [sys.executable, str(FUZZ / script[0]), *script[1:]]
+    environment = {**os.environ, "SOFTMARK_FUZZ": str(tmp_path)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_reading_a_scene_does_nothing_but_read(tmp_path: Path) -> None:

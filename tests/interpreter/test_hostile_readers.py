@@ -20,6 +20,7 @@ from softmark.references import measured_surface, voxel_files
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import TooSlow, limited_resources
 from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
+from softmark.solvers.mesh.files import mesh_reader
 
 SCRIPT = Path(__file__).parents[1] / "fuzz" / "hostile_files.py"
 QUICK = ("journals", "scenes")
@@ -53,6 +54,16 @@ def test_every_reader_is_tried() -> None:
     from importlib import import_module
 
     assert sorted((*QUICK, *SLOW)) == sorted(import_module("hostile_files").readers())
+
+
+def test_wrong_normals_of_a_surface_are_not_talked_about(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """trimesh logs a traceback of them, through a logger of its own for each module."""
+    sound = (Path(__file__).parents[1] / "errors" / "parts" / "cube.stl").read_text(encoding="utf-8")
+    (tmp_path / "cube.stl").write_text(sound.replace("facet normal 0 0 ", "facet normal 8$8$", 1), encoding="utf-8")
+    assert (tmp_path / "cube.stl").read_text(encoding="utf-8") != sound
+    _, triangles = mesh_reader.read_triangles(str(tmp_path / "cube.stl"), 1e-3)
+    assert len(triangles) == 12
+    assert not caplog.records
 
 
 def test_only_regular_files_are_opened(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from pathlib import Path
 
@@ -449,3 +450,37 @@ contact  touch = rigid_contact(tool, block)
 model    hexes = fem(hex8, size = 5 mm, strain = finite)
 metric   push  = force(touch, along = -z)
 """)
+
+
+@pytest.mark.parametrize(
+    ("contact", "above"),
+    [("tool, bar", ""), ("tool, bar, friction = 0.3", ""), ("tool, bar", ", material = top")],
+    ids=["smooth", "rough", "below a region"],
+)
+@pytest.mark.slow
+def test_a_rigid_plate_may_press_on_what_varies(contact: str, above: str) -> None:
+    """The force is A d / int dz/E; contact pressures need one modulus of the body."""
+    scene = f"""
+material low = linear_elastic(young = 60 kPa * (1 + z / 30 mm), poisson = 0, density = 1000 kg/m^3)
+material top = linear_elastic(young = 200 kPa, poisson = 0, density = 1000 kg/m^3)
+body     bar = solid(box(size = (20, 20, 60) mm), low)
+body     tool = rigid(box(size = (40, 40, 10) mm, origin = (-10, -10, 60) mm))
+region   part = part(bar, where = z >= 30 mm{above})
+support  z0 = fixed(bar, where = z <= 0 mm, components = z)
+support  x0 = fixed(bar, where = x <= 0 mm, components = x)
+support  y0 = fixed(bar, where = y <= 0 mm, components = y)
+support  down = displaced(tool, by = (0, 0, -1) mm)
+contact  touch = rigid_contact({contact})
+model    hex = fem(hex8, strain = small, size = 5 mm)
+probe    mid = point(bar, at = (10, 10, 30) mm)
+metric   push = force(touch, along = -z)
+metric   most = contact_pressure(touch)
+metric   sink = displacement(mid, along = -z)
+"""
+    found = loads(scene).run().models["hex"]
+    assert found.status == "converged", found.message
+    low, top = 0.03 / 60e3 * math.log(2.0), 0.03 / 200e3 if above else 0.03 / 60e3 * math.log(1.5)
+    stress = 1e-3 / (low + top)
+    assert found.metrics["push"].value == pytest.approx(stress * 4e-4, rel=5e-3)
+    assert found.metrics["most"].value == pytest.approx(stress, rel=5e-3)
+    assert found.metrics["sink"].value == pytest.approx(stress * low, rel=5e-3)

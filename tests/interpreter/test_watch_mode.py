@@ -65,6 +65,15 @@ def test_a_folder_of_ours_is_not_watched(tmp_path: Path) -> None:
     assert {p.name for p, digest in WatchedScene(file).state().items() if digest} == {"my.scene", "data"}
 
 
+def test_pipes_and_devices_are_not_waited_for(tmp_path: Path) -> None:
+    file = tmp_path / "my.scene"
+    file.write_text('use "pipe.scene" as a\n# "pipe" "zero.msh"\n', encoding="utf-8")
+    for name in ("pipe", "pipe.scene"):
+        os.mkfifo(tmp_path / name)
+    (tmp_path / "zero.msh").symlink_to("/dev/zero")
+    assert {p.name for p, digest in WatchedScene(file).state().items() if digest} == {"my.scene"}
+
+
 def test_what_comes_once_cannot_be_watched(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "-", "--watch"]) == 2
     assert main(["run", "nothing.scene", "--watch"]) == 2

@@ -6,6 +6,7 @@ import importlib
 import os
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import meshio
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from softmark.references import measured_surface
 from softmark.references.data_download import Unavailable
 from softmark.references.measured_data import FileFrame, Unreadable
 from softmark.references.measured_surface import SurfaceScan, read_surface
@@ -122,6 +124,18 @@ def test_files_that_are_no_surfaces(tmp_path: Path, name: str, content: bytes, r
     (tmp_path / name).write_bytes(content)
     with pytest.raises(Unreadable, match=reason):
         SurfaceScan(name, 1.0, 0.0).load(beside=tmp_path)
+
+
+@pytest.mark.parametrize(("kind", "nodes"), [("triangle", 0), ("triangle", 2), ("quad", 3)])
+def test_facets_with_nodes_of_another_kind(
+    kind: str, nodes: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """meshio reads files in which a triangle has no nodes."""
+    made = SimpleNamespace(points=np.eye(3), cells=[SimpleNamespace(type=kind, data=np.zeros((2, nodes), dtype=int))])
+    monkeypatch.setattr(measured_surface, "_read_meshio_mesh", lambda file: made)
+    (tmp_path / "a.msh").write_bytes(b"x")
+    with pytest.raises(Unreadable, match=f"its {kind} cells have {nodes} nodes each, not {3 + (kind == 'quad')}"):
+        read_surface(tmp_path / "a.msh")
 
 
 def test_a_mesh_of_solids_is_no_surface(tmp_path: Path) -> None:

@@ -106,6 +106,17 @@ def test_a_hole_over_many_triangles_is_closed_by_a_fan() -> None:
     assert 0.0 < short < found.relative_volume_uncertainty
 
 
+def test_a_flap_between_edges_of_the_surface_is_no_hole() -> None:
+    """A triangle across a box: one of its edges is free, which is no loop of edges."""
+    x = np.array([[0, 0], [0.1, 0], [0.1, 0.02], [0, 0.02]])
+    points = np.concatenate([np.insert(x, 2, z, axis=1) for z in (0.0, 0.02)])
+    sides = [[a, b, b + 4, a + 4] for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))]
+    squares = np.array([[0, 3, 2, 1], [4, 5, 6, 7], *sides])
+    triangles = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]], [[4, 6, 0]]])
+    surface = close_surface(points, triangles)
+    assert signed_volume(surface.points, surface.triangles) == pytest.approx(4e-5)
+
+
 def _moebius() -> Surface:
     turn = np.linspace(0.0, 2.0 * np.pi, 61)[:-1]
     sides = [np.stack([(1 + s * np.cos(turn / 2)) * np.cos(turn), (1 + s * np.cos(turn / 2)) * np.sin(turn),

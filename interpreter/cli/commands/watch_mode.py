@@ -22,6 +22,7 @@ from typing import NoReturn
 
 from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli import exit_signals
+from softmark.safe_files import open_regular, read_regular
 
 POLL = 0.3  # s between two checks for changed files
 CALM = 0.15  # s without changes after which a save is complete: editors save by several writes, or by renaming
@@ -153,7 +154,7 @@ class WatchedScene:
             stamp, known = _stamp(path), self._digests.get(path)
             fresh = time.time_ns() - stamp[0] < RECENT
             if known is None or known[0] != stamp or fresh:
-                with path.open("rb") as file:
+                with open_regular(path) as file:
                     known = stamp, hashlib.file_digest(file, "sha256").hexdigest()
                 self._digests[path] = known
             return known[1]
@@ -173,7 +174,7 @@ def _stamp(path: Path) -> Stamp:
 
 def _quoted_files(text: Path) -> Iterator[Path]:
     """Yield the files that a scene file names in quotes, even if they do not exist."""
-    from softmark.interpreter.language.scene_sources import find_quoted_paths
+    from softmark.interpreter.language.scene_sources import LARGEST, find_quoted_paths
 
     with suppress(OSError):
-        yield from find_quoted_paths(text.read_text(encoding="utf-8", errors="replace"), text.parent)
+        yield from find_quoted_paths(read_regular(text, LARGEST).decode("utf-8", errors="replace"), text.parent)

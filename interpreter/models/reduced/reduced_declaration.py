@@ -14,6 +14,7 @@ from softmark.interpreter.models.shared.capabilities import (
     REDUCIBLE_FEATURES,
     RIGID_CONTACT,
     ROTATING_SUPPORTS,
+    SELF_CONTACT,
     VARYING_CONSTANTS,
     RefusalTexts,
     Table,
@@ -45,6 +46,9 @@ class Reduced(Model):
             field="of",
         ),
         RIGID_CONTACT: RefusalTexts(label="a contact", help="use `{reduces}` directly"),
+        SELF_CONTACT: RefusalTexts(
+            message="`{model}` cannot represent `{name}`", label="contact or tie", help="use `{reduces}` directly"
+        ),
         ROTATING_SUPPORTS: RefusalTexts(
             reason="its displacement modes are straight lines, but rotating points move on circles",
             help="use `{reduces}`",

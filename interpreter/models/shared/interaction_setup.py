@@ -94,11 +94,11 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
             if count == 1 or not _are_rigid_bodies_wide(solid):
                 raise
             found = solve_in_substeps(problem, whole, count)
-            if solid.pieces[0].case.planar and not presses_on_nodes(found):
+            if solid.pieces[0].original.planar and not presses_on_nodes(found):
                 raise failure from None
             return found
 
-    case: Case = solid.pieces[0].case
+    case: Case = solid.pieces[0].original
     if not case.has_force_driven_body:
         return find(problem)
     from softmark.interpreter.models.shared.force_driven_rigid_bodies import force_driven_problem
@@ -118,7 +118,7 @@ def _are_rigid_bodies_wide(solid: Any) -> bool:
 
     from softmark.interpreter.models.shared.rigid_contact_setup import longest_triangle_side
 
-    case: Case = solid.pieces[0].case
+    case: Case = solid.pieces[0].original
     for touch in case.contacts:
         if (bounds := touch.rigid.thing.shape.bounds) is None:
             return False
@@ -137,7 +137,7 @@ def rigid_body_report(solid: Any, known: Mapping[str, Any] | None) -> dict[str, 
         return {}
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
 
-    return {"rigid": force_driven_rigid_bodies.rigid_body_report(solid.pieces[0].case, known)}
+    return {"rigid": force_driven_rigid_bodies.rigid_body_report(solid.pieces[0].original, known)}
 
 
 def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
@@ -235,7 +235,7 @@ def add_contact_forces(
     `states` are the states of the interactions, by name.
     """
     rubbed = {name: state.friction for name, state in states.items() if state.friction is not None}
-    case, u = solid.pieces[0].case, found.u.ravel()
+    case, u = solid.pieces[0].original, found.u.ravel()
     if contacts:
         from softmark.interpreter.models.postprocessing import nodal_forces
 

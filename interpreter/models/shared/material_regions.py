@@ -33,9 +33,14 @@ class MaterialRegion:
     graded: Case | None = None
 
     @property
+    def original(self) -> Case:
+        """Case whose constants vary in space as declared, instead of arrays of their values."""
+        return self.graded or self.case
+
+    @property
     def density(self) -> Any:
         """Density of the region, kg/m^3: a number, or a `Density` (heterogeneous_material.py) if it varies."""
-        case = self.graded or self.case
+        case = self.original
         if case.uniform:
             return case.material.density
         from softmark.interpreter.models.shared import heterogeneous_material
@@ -106,7 +111,7 @@ def _local_points(seen: Any, own: Mesh) -> LocalPoints | None:
 def must_be_mirrored(each: tuple[MaterialRegion, ...]) -> None:
     """Raise Fault if fibre directions are incompatible with planes of symmetry."""
     for own in each:
-        case = own.graded or own.case
+        case = own.original
         if getattr(case.material, "directed", False):
             from softmark.interpreter.models.shared.heterogeneous_material import rule_positions
             from softmark.interpreter.problem import anisotropy_limits
@@ -218,7 +223,7 @@ def softness_note(
         return ()
     from softmark.interpreter.models.shared import stiffness_warnings
 
-    parts = [replace(own, case=own.graded or own.case) for own in each]
+    parts = [replace(own, case=own.original) for own in each]
     return tuple(stiffness_warnings.softness_note(declared, u, parts, p))
 
 

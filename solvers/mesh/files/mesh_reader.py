@@ -143,7 +143,8 @@ def _read_surface_by_trimesh(path: Path, unit: float) -> tuple[Floats, Ints]:
     import trimesh
 
     log = logging.getLogger("trimesh")
-    told, log.disabled = log.disabled, True  # missing textures do not matter here
+    level = log.level
+    log.setLevel(logging.CRITICAL)  # also of its children: missing textures and wrong normals do not matter here
     try:
         with limited_resources(path):  # without name and path, so that other files it names stay unread
             data = BytesIO(read_regular(path))
@@ -152,7 +153,7 @@ def _read_surface_by_trimesh(path: Path, unit: float) -> tuple[Floats, Ints]:
     except Exception as error:  # its readers raise any exception
         raise UnreadableMesh(f"trimesh cannot read it ({describe_read_error(error)})", remedy=SURFACE_AGAIN) from error
     finally:
-        log.disabled = told
+        log.setLevel(level)
     triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
     if triangles.ndim != 2 or not len(triangles):
         raise UnreadableMesh("it has no triangles", NO_SURFACE, SURFACE_AGAIN)

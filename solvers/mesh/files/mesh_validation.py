@@ -83,7 +83,7 @@ def validate(points: Floats, cells: Ints, kind: str, coincident: str = "refuse",
     if coincident == "merge":
         points, cells = merge_coincident_nodes(points, cells)
     _refuse_duplicate_cells(points, cells, kind)
-    cells = _orient_cells(points, cells, kind)
+    cells = orient_cells(points, cells, kind)
     mesh = Mesh(points, cells, kind)
     if coincident == "refuse":
         _refuse_coincident_nodes(mesh, number)
@@ -114,7 +114,7 @@ def _refuse_duplicate_cells(points: Floats, cells: Ints, kind: str) -> None:
     )  # fmt: skip
 
 
-def _orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
+def orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
     """Return cells with positive volume everywhere, inverted cells reordered. Raises UnreadableMesh."""
     corners = points[cells]
     longest = np.ptp(corners, axis=1).max(axis=1)  # (m,) m

@@ -235,10 +235,9 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
 def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints, float]:
     """Return points and triangles with each hole closed by a fan of triangles, and the total area of the caps, m^2."""
     number, _, count = _edge_numbers_and_counts(triangles)
-    ends = edges_of_triangles(triangles)[count[number] == 1]
-    if not len(ends):
+    loops = _trace_edge_loops(edges_of_triangles(triangles)[count[number] == 1][:, ::-1])
+    if not loops:
         return points, triangles, 0.0
-    loops = _trace_edge_loops(ends[:, ::-1])
     new, fans = [points], [triangles]
     for loop in loops:
         ring = np.array(loop)
