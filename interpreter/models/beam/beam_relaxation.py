@@ -153,14 +153,15 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
 
 def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
     """Build the dynamic analysis of a viscoelastic beam."""
-    from softmark.interpreter.models.beam.beam_dynamics import build_beam_dynamics
+    from softmark.interpreter.models.beam.beam_dynamics import beam_dynamics
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 
     static = build_static(model, declared, case)
-    made = build_beam_dynamics(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
-    rods: Any = made.problem.assembly.internal[0]
+    problem = beam_dynamics(case, static.elastic, static.problem, static.mass(), static.applied)
+    rods: Any = problem.assembly.internal[0]
     memories = BodyHistory((RodHistory.at_rest(rods, *section_relaxation_series(case.material)),))
-    remembering = ViscoelasticStep(memories, isinstance(made.problem.integrator, Midpoint))
-    return replace(made, problem=replace(made.problem, remembering=remembering))
+    remembering = ViscoelasticStep(memories, isinstance(problem.integrator, Midpoint))
+    return DynamicAnalysis(static, declared, case, replace(problem, remembering=remembering))
 
 
 def section_relaxation_series(material: Viscoelastic) -> tuple[Floats, Floats]:

@@ -30,7 +30,7 @@ from softmark.interpreter.models.external.problem_transfer import NotTransferabl
 from softmark.interpreter.models.fem import fem_builder as fem
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.postprocessing import vibrations
-from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
+from softmark.interpreter.models.shared.motion_fields import MotionFields
 from softmark.interpreter.models.shared.prepared_model import (
     BuildContext,
     DeformedMesh,
@@ -292,9 +292,9 @@ class PreparedExternalDynamics(PreparedExternalModel):
             return Solution("failed", f"{title}: a supported node is {slipped:.2g} m from its imposed position", known)
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
-    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return the solution fields `course`, `displacement` (at the end) and `mesh` from u (t, n, 3), m."""
-        return fields_of_motion(self.mesh, times_of(self.motion), u)
+    def seen(self, answer: Answer, u: Floats) -> MotionFields:
+        """Return the displacement fields of nodal displacements u (t, n, 3), m."""
+        return self.solid.motion_fields(times_of(self.motion), u)
 
 
 def checked_states(answer: Answer, problem: Problem, count: int) -> Floats:

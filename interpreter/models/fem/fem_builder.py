@@ -313,14 +313,16 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     static, parts = build_static(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return apply_options(static, workshop, disturbance_of(case))
-    from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
-    from softmark.interpreter.models.shared.solid_dynamics import build_solid_dynamics
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+    from softmark.interpreter.models.shared.solid_dynamics import include_free_rigid_bodies, solid_dynamics
 
-    mass = mass_of(model, case, static.mesh, parts)
-    known = (static.mesh, mass, static.problem.assembly.internal, static.amplitude_scaled_energies)
-    return include_free_rigid_bodies(
-        build_solid_dynamics(static, declared, case, *known, static.problem, len(static.muscles)), case
+    mass, loads, pulling = (
+        mass_of(model, case, static.mesh, parts),
+        static.amplitude_scaled_energies,
+        len(static.muscles),
     )
+    problem = solid_dynamics(declared, case, static.mesh, static.problem, mass, loads, pulling)
+    return include_free_rigid_bodies(DynamicAnalysis(static, declared, case, problem))
 
 
 def build_static(

@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid, build_static, elastic_of, mass_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
-from softmark.interpreter.models.shared import solid_dynamics, static_result
+from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displacement_of
 from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
@@ -216,17 +216,20 @@ class PreparedViscoelastic(MeshBasedModel):
 
 def build_relaxation_dynamics(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the dynamic analysis of a viscoelastic solid. Raises Fault."""
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+    from softmark.interpreter.models.shared.solid_dynamics import solid_dynamics
     from softmark.solvers.dynamics.implicit_midpoint import Midpoint
     from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
 
     static, parts = build_static(model, declared, case, workshop)
     known = _energies_with_history(model, static)
-    mesh, mass, pulling = static.mesh, mass_of(model, case, static.mesh, parts), len(static.muscles)
-    made = solid_dynamics.build_solid_dynamics(
-        static, declared, case, mesh, mass, known.energies, static.amplitude_scaled_energies, static.problem, pulling
-    )
-    remembering = ViscoelasticStep(known, isinstance(made.problem.integrator, Midpoint))
-    return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
+    mass, pulling = mass_of(model, case, static.mesh, parts), len(static.muscles)
+    assembly = static.problem.assembly.with_internal(known.energies)
+    rest, loads = replace(static.problem, assembly=assembly), static.amplitude_scaled_energies
+    problem = solid_dynamics(declared, case, static.mesh, rest, mass, loads, pulling)
+    remembering = ViscoelasticStep(known, isinstance(problem.integrator, Midpoint))
+    problem = replace(problem, remembering=remembering, lagged=False)
+    return DynamicAnalysis(static, declared, case, problem)
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:

@@ -15,6 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem import fem_builder
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDefaults
 from softmark.interpreter.models.reduced.reduced_declaration import PARTS, Modal, Pod
 from softmark.interpreter.models.reduced.reduced_space import (
     Basis,
@@ -34,7 +35,6 @@ from softmark.interpreter.models.reduced.training_states import (
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
-from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, stored_indices
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -49,9 +49,10 @@ from softmark.solvers.model_reduction.reduction_error import ReducedMotion, dyna
 from softmark.solvers.statics.static_equilibrium import Equilibrium, NotConverged, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+    from softmark.interpreter.models.shared.motion_fields import DisplacementField, MotionFields
     from softmark.solvers.dynamics.dynamic_problem import Dynamics
     from softmark.solvers.dynamics.integrator import Motion
-    from softmark.solvers.dynamics.trajectory import Trajectory
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
@@ -225,10 +226,11 @@ class RecoveredMesh(MeshData):
 
 
 @dataclass(frozen=True)
-class PreparedReduced:
+class PreparedReduced(DynamicDefaults):
     """Reduced model ready to solve, with its reduced equations and a report of basis and equations.
 
-    `rest` is the full model. `failure` is the reason if there are no equations.
+    `rest` is the full model. `failure` is the reason if there are no equations. `dynamics` are the reduced and the
+    full dynamic problem, of a dynamic analysis.
     """
 
     declared: Declared
@@ -238,6 +240,7 @@ class PreparedReduced:
     facts: dict[str, Any]
     notes: tuple[Diagnostic, ...]
     failure: str = ""
+    dynamics: tuple[Dynamics, Dynamics] | None = None
 
     @property
     def size(self) -> dict[str, int]:
@@ -285,11 +288,11 @@ class PreparedReduced:
     def solve(self, watch: Watch) -> Solution:
         """Return the static equilibrium of the reduced equations, starting from rest."""
         if self.problem is None:
-            return Solution("not_converged", self.failure, {"reduced": self.facts})
+            return Solution("not_converged", self.failure, self.model_facts)
         problem = replace(self.problem, watch=watch)
         remedy = "use a smaller load, more modes, or `cells = all`"
         found = static_result.solve_static(lambda: equilibrium(problem), remedy, self._finish)
-        return replace(found, facts=found.facts | {"reduced": self.facts})
+        return replace(found, facts=found.facts | self.model_facts)
 
     def _finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with its residual in the full model's equations."""
@@ -308,44 +311,27 @@ class PreparedReduced:
             raise ValueError("the reduced model has no equations")
         return self.equations.basis.fields
 
+    @property
+    def model_facts(self) -> dict[str, Any]:
+        """Report of the basis and of the equations."""
+        return {"reduced": self.facts}
 
-@dataclass(frozen=True)
-class ReducedDynamics(PreparedMotion):
-    """Dynamic analysis of a reduced model; `whole` is the dynamic problem of the full model."""
-
-    static: PreparedReduced
-    fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    whole: Dynamics | None = None
-
-    def warm(self) -> None:
-        """Compile the code that the solution needs, by two time steps, before timing starts."""
-        if self.static.equations is not None:
-            super().warm()
-
-    def solve(self, watch: Watch) -> Solution:
-        """Return the solution by time integration from the start to the end of the analysis."""
-        if self.static.equations is None:
-            return Solution("not_converged", self.static.failure, {"reduced": self.static.facts})
-        found = super().solve(watch)
-        return replace(found, facts=found.facts | {"reduced": self.static.facts})
-
-    def _state(self, motion: Motion) -> Floats:
+    def stored_state(self, problem: Dynamics, motion: Motion) -> Floats:
         """Return reduced displacements, velocities and accelerations (3, r)."""
         return np.array([motion.x, motion.v, motion.a])
 
-    def _mode_field(self, shape: Floats) -> Callable[[Floats], Floats]:
-        return super()._mode_field(self.fields @ shape)
+    def motion_fields(self, times: Floats, states: Floats) -> MotionFields:
+        """Return the displacement fields of reduced states (t, 3, r), with their error in the full equations."""
+        assert self.dynamics is not None
+        fields, (reduced, full) = self.problem_fields, self.dynamics
+        q, v, a = (np.ascontiguousarray(states[:, k]) for k in range(3))
+        found = self.rest.static.motion_fields(times, np.array([fields @ one for one in q]))
+        error = partial(dynamic_error, full, reduced, ReducedMotion(fields, times, q, v, a))
+        return replace(found, reduction_error=error)
 
-    def _finish(self, track: Trajectory, every: int) -> Solution:
-        kept = stored_indices(track, every)
-        q, v, a = (np.array([track.observed[i].x[k] for i in kept]) for k in range(3))
-        for row in track.observed:
-            if row.x is not None:
-                row.x = self.fields @ row.x[0]
-        found = super()._finish(track, every)
-        assert self.whole is not None
-        motion = ReducedMotion(self.fields, track.times[kept], q, v, a)
-        return replace(found, reduction_error=partial(dynamic_error, self.whole, self.problem, motion))
+    def mode_field(self, problem: Dynamics, shape: Floats) -> DisplacementField:
+        """Return the displacement field of a vibration mode `shape` (r,)."""
+        return self.rest.static.mode_field(problem, self.problem_fields @ shape)
 
 
 # ------------------------------------------------------------------ making one
@@ -382,7 +368,9 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
             "free to move",
             f"add a support that holds `{own.body.name}`",
         ) from loose
-    return _build_dynamics(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
+    if still.failure or not isinstance(own.analysis, Dynamic):
+        return still
+    return _build_dynamics(still, full, own, workshop)
 
 
 def _model_report(model: Modal | Pod) -> dict[str, Any]:
@@ -438,12 +426,12 @@ def _equations_report(equations: Equations) -> dict[str, Any]:
     return found
 
 
-def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> ReducedDynamics:
+def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> DynamicAnalysis:
     """Build the dynamic analysis with the basis of the static model. Raises Fault."""
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations
-    if equations is None:
-        return ReducedDynamics(still, still.declared, whole.analysis, problem, whole.mesh)
     V, M = equations.basis.fields, still.rest.mass
     mass = V.T @ (M @ V)
     moving = replace(
@@ -459,7 +447,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
         lagged=False,
         cap=None,
     )
-    return ReducedDynamics(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
+    return DynamicAnalysis(replace(still, dynamics=(moving, problem)), still.declared, case, moving)
 
 
 def _reduced_initial_velocity(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:
