@@ -146,12 +146,12 @@ class PreparedSolid(MeshBasedModel):
             problem = replace(problem, start=self.unknowns.start_state(self.before))
         if self.first is None:
             return static_result.solve_static(
-                lambda: self._find_equilibrium(problem), remedy, self.make_solution, self._describe_free_motion
+                lambda: self._find_equilibrium(problem), remedy, self.make_solution, self.describe_free_motion
             )
         begun = self.first.solve_guess(self.mesh.points, watch)
         problem = replace(problem, start=self.unknowns.start_state(begun.x))
         found = static_result.solve_static(
-            lambda: equilibrium(problem), remedy, self.make_solution, self._describe_free_motion
+            lambda: equilibrium(problem), remedy, self.make_solution, self.describe_free_motion
         )
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
@@ -174,7 +174,7 @@ class PreparedSolid(MeshBasedModel):
             return equilibrium(problem)
         return recover_solid(self.disturbance, problem, self.mesh.points, self.elastic)
 
-    def _describe_free_motion(self, d: Floats) -> str:
+    def describe_free_motion(self, d: Floats) -> str:
         """Return a description of a motion d (dofs,) that no stiffness resists."""
         return static_result.describe_free_motion(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -74,8 +74,7 @@ class DynamicAnalysis(DerivedModel):
     def _integrate(self, watch: Watch) -> Solution:
         """Return the solution, or the reason why time integration failed."""
         steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
-        every = -(-steps // KEPT)
-        keep = _StateRecorder(every, partial(self.static.stored_state, self.problem), watch)
+        keep = _StateRecorder(-(-steps // KEPT), partial(self.static.stored_state, self.problem), watch)
         try:
             track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
         except StepTooLong as refused:
@@ -85,11 +84,10 @@ class DynamicAnalysis(DerivedModel):
             status: Status = "diverged" if isinstance(failure, Diverged) else "not_converged"
             facts = solve_report(failure.trajectory, self.problem.tolerance)
             return Solution(status, f"{failure.reason}; {REMEDY}", facts)
-        return self._make_solution(track, _stored_indices(track, every))
+        return self._make_solution(track, keep.indices, np.array(keep.states))
 
-    def _make_solution(self, track: Trajectory, kept: list[int]) -> Solution:
-        """Return the solution of a trajectory with the `kept` states, with its report and warnings."""
-        states = np.array([track.observed[i].x for i in kept])
+    def _make_solution(self, track: Trajectory, kept: list[int], states: Floats) -> Solution:
+        """Return the solution of a trajectory, with its report and warnings; `states` (t, ...) have indices `kept`."""
         fields = self.static.motion_fields(track.times[kept], states)
         missed = int((~track.solved).sum())
         resolution = self._resolution()
@@ -195,34 +193,22 @@ def _sums_per_step(track: Trajectory, values: NDArray[Any], step: float) -> Floa
 
 
 @dataclass
-class _StoredState:
-    """Stored state, or None if it was freed."""
-
-    x: Floats | None
-
-
-@dataclass
 class _StateRecorder:
-    """Observer of time integration that stores every `every`-th state and the last; other states are freed."""
+    """Observer of time integration that stores every `every`-th state and the last, with their indices."""
 
     every: int
     state: Callable[[Motion], Floats]
     watch: Watch
+    indices: list[int] = field(default_factory=list)
+    states: list[Floats] = field(default_factory=list)
     count: int = 0
-    last: _StoredState | None = None
 
-    def __call__(self, motion: Motion) -> _StoredState:
+    def __call__(self, motion: Motion) -> None:
         """Store the state of a motion, free the state before if it is not needed, and report progress."""
-        row = _StoredState(self.state(motion))
-        if self.last is not None and (self.count - 1) % self.every:
-            self.last.x = None
+        if self.count and (self.count - 1) % self.every:
+            del self.indices[-1], self.states[-1]
         else:
             self.watch(Iteration("steps in time", 1.0, self.count, 0.0, 1.0))
-        self.last, self.count = row, self.count + 1
-        return row
-
-
-def _stored_indices(track: Trajectory, every: int) -> list[int]:
-    """Return the indices of the stored states of a trajectory: every `every`-th state, and the last."""
-    last = len(track.observed) - 1
-    return [i for i in range(last + 1) if i % every == 0 or i == last]
+        self.indices.append(self.count)
+        self.states.append(self.state(motion))
+        self.count += 1

@@ -432,6 +432,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
 
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations
+    assert equations is not None
     V, M = equations.basis.fields, still.rest.mass
     mass = V.T @ (M @ V)
     moving = replace(

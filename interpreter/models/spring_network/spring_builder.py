@@ -206,8 +206,8 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildCo
     from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
     from softmark.interpreter.models.shared.solid_dynamics import solid_dynamics
 
-    problem = solid_dynamics(declared, case, mesh, built.problem, built.mass(), built.applied)
-    return DynamicAnalysis(built, declared, case, problem)
+    moving = solid_dynamics(declared, case, mesh, built.problem, built.mass(), built.applied)
+    return DynamicAnalysis(built, declared, case, moving)
 
 
 def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) -> Springs:
