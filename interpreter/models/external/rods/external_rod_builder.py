@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 class PreparedRod(PreparedExternalDynamics):
     """Dynamic analysis of a rod by an external program.
 
-    `solid` is softmark's own static model of the rod, which provides the nodes, sections and loads.
+    `static` is softmark's own static model of the rod, which provides the nodes, sections and loads.
     """
 
     @property
     def rod(self) -> PreparedBeam:
         """Softmark's own static rod model, which defines the problem that the external program solves."""
-        return cast("PreparedBeam", self.solid)
+        return cast("PreparedBeam", self.static)
 
     def asked(self) -> Problem:
         """Return the problem that the program solves."""
