@@ -23,8 +23,8 @@ from softmark.interpreter.models.beam.tapered_sections import (
     stiffnesses,
 )
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, undefined_frequencies
+from softmark.interpreter.models.procedures.dynamic_discretization import DisplacementField
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.motion_fields import DisplacementField
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_rod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDefaults
-from softmark.interpreter.models.shared.motion_fields import DisplacementField, MotionFields, fields_of_each_time
+from softmark.interpreter.models.procedures.dynamic_discretization import DisplacementField, MotionFields
 from softmark.interpreter.models.shared.prepared_model import Meshless
 from softmark.solvers.energies.energy import Floats
 
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 NUDGE = 1e-6  # rad and m: a motion so small that it is linear in double precision
 
 
-class RodModel(DynamicDefaults, Meshless):
+class RodModel(Meshless):
     """Prepared model of rods; in a dynamic problem, a chart of rotations gives positions and quaternions of nodes."""
 
     def displacement_field(self, x: Floats) -> DisplacementField:
@@ -32,7 +31,8 @@ class RodModel(DynamicDefaults, Meshless):
 
     def motion_fields(self, times: Floats, states: Floats) -> MotionFields:
         """Return the displacement fields of states (t, nodes * 7)."""
-        return fields_of_each_time([self.displacement_field(x) for x in states])
+        each = [self.displacement_field(x) for x in states]
+        return MotionFields(lambda X: np.array([at_time(X) for at_time in each]), each[-1])
 
     def mode_field(self, problem: Dynamics, shape: Floats) -> DisplacementField:
         """Return the displacement field of a vibration mode `shape` (dofs,).

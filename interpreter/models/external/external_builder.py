@@ -29,7 +29,7 @@ from softmark.interpreter.models.fem import fem_builder as fem
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.procedures.derived_model import DerivedModel
-from softmark.interpreter.models.shared.motion_fields import MotionFields
+from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 from softmark.interpreter.models.shared.prepared_model import (
     BuildContext,
     ElapsedTime,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from softmark.interpreter.models.external.external_program import ExternalModel
-    from softmark.interpreter.models.shared.motion_fields import MotionFields
+    from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 
 
 def motion_of(model: ExternalModel, analysis: Dynamic, masses: Floats) -> Motion:

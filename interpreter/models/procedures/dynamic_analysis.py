@@ -12,7 +12,7 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.procedures import dynamic_warnings
 from softmark.interpreter.models.procedures.derived_model import DerivedModel
-from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDiscretization
+from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDiscretization, MotionFields
 from softmark.interpreter.models.procedures.trajectory_report import friction_report, solve_report
 from softmark.interpreter.models.shared import self_intersections
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.models.postprocessing.contact_history_results import ContactHistoryResults
-    from softmark.interpreter.models.shared.motion_fields import MotionFields
     from softmark.solvers.statics.static_equilibrium import Watch
 
 LOOKED = 10  # stored states in which intersecting faces are searched for, because the search is slow
@@ -133,7 +132,7 @@ class DynamicAnalysis(DerivedModel):
     def _resolution(self) -> Resolution | None:
         """Return how well the time step resolves the slowest vibration or, if worse, a rotation; None if unknown."""
         problem, times = self.problem, (self.analysis.duration, self.analysis.step)
-        if problem.integrator.explicit or not self.static.has_vibration_modes:
+        if problem.integrator.explicit or self.static.mode_field is None:
             return None
         if problem.turning is not None:
             problem.turning.reset()  # frequencies are those about rest
@@ -149,7 +148,7 @@ class DynamicAnalysis(DerivedModel):
         """Return the time-step error of small vibrations, with the field of each mode; None if unknown."""
         from softmark.solvers.dynamics.time_step_error import estimate_step_error
 
-        if not self.static.has_vibration_modes:
+        if (mode_field := self.static.mode_field) is None:
             return None
         if self.problem.turning is not None:
             self.problem.turning.reset()
@@ -157,7 +156,7 @@ class DynamicAnalysis(DerivedModel):
             found = estimate_step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
         if found is None:
             return None
-        return ModalErrors(found, tuple(self.static.mode_field(self.problem, shape) for shape in found.shapes.T))
+        return ModalErrors(found, tuple(mode_field(self.problem, shape) for shape in found.shapes.T))
 
     def _contact_history(self, track: Trajectory) -> ContactHistoryResults | None:
         """Return the contact history of a trajectory; None if the body has no contacts."""

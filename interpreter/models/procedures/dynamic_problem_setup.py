@@ -56,9 +56,8 @@ def dynamic_problem_of(
 def _integrator_of(analysis: Dynamic) -> Integrator:
     """Return the time integrator that an analysis selects, with its constants."""
     cls: Any = INTEGRATORS[analysis.integrator]
-    own = "spectral_radius"
-    known = any(f.name == own for f in fields(cls))
-    made: Integrator = cls(**{own: analysis.spectral_radius}) if known else cls()
+    known = {f.name for f in fields(cls)} & {"spectral_radius"}
+    made: Integrator = cls(**{name: getattr(analysis, name) for name in known})
     return made
 
 

@@ -27,27 +27,15 @@ def energy_warning(declared: Declared, analysis: Dynamic, track: Trajectory) -> 
     found, at = track.balance, declared.at()
     if found.has_excessive_gain:
         problem = f"{100 * found.gain:.0f} % of the largest energy was created"
-        return (
-            diagnostic(
-                "W318",
-                at,
-                f"the energy of `{declared.name}` is not conserved: {problem}",
-                "the step is too long",
-                "use a smaller step, or write an `amplitude` for loads and supports that act suddenly",
-            ),
-        )
+        message = f"the energy of `{declared.name}` is not conserved: {problem}"
+        remedy = "use a smaller step, or write an `amplitude` for loads and supports that act suddenly"
+        return (diagnostic("W318", at, message, "the step is too long", remedy),)
     if found.loss <= LOSS:
         return ()
     other = "" if analysis.integrator == KEEPS else f", or `{KEEPS}`"
-    return (
-        diagnostic(
-            "W361",
-            at,
-            f"the integrator dissipated {100 * found.loss:.0f} % of the energy of `{declared.name}`",
-            "numerical damping",
-            f"use a smaller step{other}: the final state at rest is accurate, the motion towards it is not",
-        ),
-    )
+    message = f"the integrator dissipated {100 * found.loss:.0f} % of the energy of `{declared.name}`"
+    remedy = f"use a smaller step{other}: the final state at rest is accurate, the motion towards it is not"
+    return (diagnostic("W361", at, message, "numerical damping", remedy),)
 
 
 def dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
@@ -89,13 +77,6 @@ def halved_step_warning(declared: Declared, track: Trajectory) -> tuple[Diagnost
     """Return a warning if time steps were halved."""
     if not track.events:
         return ()
-    at, first = declared.at(), track.events[0]
-    return (
-        diagnostic(
-            "W315",
-            at,
-            f"`{declared.name}` halved its time step {len(track.events)} times",
-            f"first at {units.format_value(first.time, units.TIME)}",
-            first.text,
-        ),
-    )
+    first, message = track.events[0], f"`{declared.name}` halved its time step {len(track.events)} times"
+    label = f"first at {units.format_value(first.time, units.TIME)}"
+    return (diagnostic("W315", declared.at(), message, label, first.text),)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem import fem_builder
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
-from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDefaults
+from softmark.interpreter.models.procedures.derived_model import DerivedModel
 from softmark.interpreter.models.reduced.reduced_declaration import PARTS, Modal, Pod
 from softmark.interpreter.models.reduced.reduced_space import (
     Basis,
@@ -34,13 +34,13 @@ from softmark.interpreter.models.reduced.training_states import (
 )
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
-from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
-from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure, ScaledLoad
 from softmark.solvers.linear.factorisations import Singular
 from softmark.solvers.model_reduction.cell_energies import restrict_to_cells, restrict_to_loaded_nodes
 from softmark.solvers.model_reduction.hyperreduction import CellSample, sample_cells
@@ -50,10 +50,9 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, NotConverge
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
-    from softmark.interpreter.models.shared.motion_fields import DisplacementField, MotionFields
+    from softmark.interpreter.models.procedures.dynamic_discretization import DisplacementField, MotionFields
     from softmark.solvers.dynamics.dynamic_problem import Dynamics
     from softmark.solvers.dynamics.integrator import Motion
-    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
 IDLE = 1e-9  # of the loads: smallest part that must act along the fields of the basis
@@ -166,38 +165,10 @@ def _solutions_with_all_cells(whole: Equations) -> Floats:
     problem, found = whole.statics(), []
     for share in PARTS:
         full = whole.static.problem.assembly
-        loads = [_ScaledLoad(load, share) for load in full.loads]
+        loads = [ScaledLoad(load, share) for load in full.loads]
         at = replace(problem, assembly=whole.assembly(full.internal, loads), target=share * problem.target)
         found.append(whole.basis.fields @ equilibrium(at).x)
     return np.array(found)
-
-
-@dataclass(frozen=True)
-class _ScaledLoad(Energy):
-    """Load multiplied by a factor."""
-
-    load: Energy
-    factor: float
-
-    @property
-    def conservative(self) -> bool:
-        return self.load.conservative
-
-    @property
-    def stencils(self) -> Ints:
-        return self.load.stencils
-
-    def rounding(self, x: Floats) -> float:
-        return self.factor * self.load.rounding(x)
-
-    def value(self, x: Floats) -> float:
-        return self.factor * self.load.value(x)
-
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        self.load.add_gradient(x, g, scale * self.factor)
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        self.load.add_hessian(x, data, slots, scale * self.factor, projected)
 
 
 # ------------------------------------------------------------------ what is solved
@@ -226,19 +197,19 @@ class RecoveredMesh(MeshData):
 
 
 @dataclass(frozen=True)
-class PreparedReduced(DynamicDefaults):
+class PreparedReduced(DerivedModel):
     """Reduced model ready to solve, with its reduced equations and a report of basis and equations.
 
-    `rest` is the full model. `failure` is the reason if there are no equations. `dynamics` are the reduced and the
+    `static` is the full model. `failure` is the reason if there are no equations. `dynamics` are the reduced and the
     full dynamic problem, of a dynamic analysis.
     """
 
     declared: Declared
-    rest: FullModelAtRest
+    static: PreparedSolid
     equations: Equations | None
     problem: Statics | None
     facts: dict[str, Any]
-    notes: tuple[Diagnostic, ...]
+    notes: tuple[Diagnostic, ...] = ()
     failure: str = ""
     dynamics: tuple[Dynamics, Dynamics] | None = None
 
@@ -247,43 +218,21 @@ class PreparedReduced(DynamicDefaults):
         """Numbers of evaluated nodes and elements, and of unknowns."""
         if self.equations is None:
             return {"nodes": 0, "elements": 0, "dofs": 0}
-        evaluated = 0 if self.rest.static.model.strain == "small" else len(self.equations.cells)
+        evaluated = 0 if self.static.model.strain == "small" else len(self.equations.cells)
         nodes = len(self.equations.nodes) if evaluated else 0
         return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
 
     def warm(self) -> None:
         """Compile the kernels that the solution needs, before timing starts."""
-        self.rest.static.warm()
+        super().warm()
         if self.problem is not None:
             with suppress(NotConverged):  # it is for the solution to say so
                 equilibrium(self.problem)
 
     @property
-    def mesh(self) -> Mesh:
-        """Mesh of the full model."""
-        return self.rest.static.mesh
-
-    @property
     def assembly(self) -> Assembly:
         """Energies and loads of the full model."""
-        return self.rest.static.assembly
-
-    @property
-    def points(self) -> Floats:
-        """Nodes of the full model (n, 3), m."""
-        return self.rest.static.points
-
-    def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return each load with its nodal forces (n, 3), N, on the full model."""
-        return self.rest.static.forces()
-
-    def outside(self, X: Floats) -> float:
-        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file; else 0."""
-        return self.rest.static.outside(X)
-
-    def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it always starts from rest."""
-        return self
+        return self.static.assembly
 
     def solve(self, watch: Watch) -> Solution:
         """Return the static equilibrium of the reduced equations, starting from rest."""
@@ -297,9 +246,9 @@ class PreparedReduced(DynamicDefaults):
     def _finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with its residual in the full model's equations."""
         fields = self.problem_fields
-        mesh = RecoveredMesh(self.rest.static.mesh, fields, found.x)
+        mesh = RecoveredMesh(self.static.mesh, fields, found.x)
         solution = static_result.solution_of(found, mesh.at)
-        error = partial(static_error, self.rest.static.problem, fields @ found.x)
+        error = partial(static_error, self.static.problem, fields @ found.x)
         return replace(
             solution, notes=static_result.uniqueness_warnings(self.declared, found), mesh=mesh, reduction_error=error
         )
@@ -325,13 +274,13 @@ class PreparedReduced(DynamicDefaults):
         assert self.dynamics is not None
         fields, (reduced, full) = self.problem_fields, self.dynamics
         q, v, a = (np.ascontiguousarray(states[:, k]) for k in range(3))
-        found = self.rest.static.motion_fields(times, np.array([fields @ one for one in q]))
+        found = self.static.motion_fields(times, np.array([fields @ one for one in q]))
         error = partial(dynamic_error, full, reduced, ReducedMotion(fields, times, q, v, a))
         return replace(found, reduction_error=error)
 
     def mode_field(self, problem: Dynamics, shape: Floats) -> DisplacementField:
         """Return the displacement field of a vibration mode `shape` (r,)."""
-        return self.rest.static.mode_field(problem, self.problem_fields @ shape)
+        return self.static.mode_field(problem, self.problem_fields @ shape)
 
 
 # ------------------------------------------------------------------ making one
@@ -349,7 +298,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     static, parts = fem_builder.build_static(full.thing, full, own, workshop)
     mass = fem_builder.mass_of(full.thing, own, static.mesh, parts)
     rest = FullModelAtRest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
-    notes, facts = static.notes, _model_report(model)
+    notes, facts = static.notes, {"of": model.of, "space": "pod" if isinstance(model, Pod) else "modal"}
     if isinstance(model, Modal):
         space = partial(modal_space, model, declared, rest)
     else:
@@ -370,11 +319,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
         ) from loose
     if still.failure or not isinstance(own.analysis, Dynamic):
         return still
-    return _build_dynamics(still, full, own, workshop)
-
-
-def _model_report(model: Modal | Pod) -> dict[str, Any]:
-    return {"of": model.of, "space": "pod" if isinstance(model, Pod) else "modal"}
+    return _build_dynamics(still, rest.mass, full, own, workshop)
 
 
 def _training_report(training: Training, outside_of: list[str]) -> dict[str, Any]:
@@ -400,9 +345,9 @@ def _build_reduced_model(
     try:
         equations = _reduced_equations(model, rest, _check_basis(rest, space()))
     except NotConverged as failed:
-        return PreparedReduced(declared, rest, None, None, facts, notes, failed.reason)
+        return PreparedReduced(declared, rest.static, None, None, facts, notes, failed.reason)
     facts = facts | _equations_report(equations)
-    return PreparedReduced(declared, rest, equations, equations.statics(), facts, notes)
+    return PreparedReduced(declared, rest.static, equations, equations.statics(), facts, notes)
 
 
 def _check_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
@@ -426,14 +371,15 @@ def _equations_report(equations: Equations) -> dict[str, Any]:
     return found
 
 
-def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> DynamicAnalysis:
+def _build_dynamics(
+    still: PreparedReduced, M: sparse.csr_matrix, full: Declared, case: Case, workshop: BuildContext
+) -> DynamicAnalysis:
     """Build the dynamic analysis with the basis of the static model. Raises Fault."""
     from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
-    problem, equations = whole.problem, still.equations
+    problem, equations, V = whole.problem, still.equations, still.problem_fields
     assert equations is not None
-    V, M = equations.basis.fields, still.rest.mass
     mass = V.T @ (M @ V)
     moving = replace(
         problem,

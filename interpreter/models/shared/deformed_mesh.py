@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.motion_fields import MotionFields
+from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import locate_points

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy import sparse
@@ -14,9 +14,8 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.procedures.case_amplitudes import amplitude_of, amplitude_of_rigid
 from softmark.interpreter.models.procedures.derived_model import DerivedModel
 from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
-from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDefaults, DynamicDiscretization
+from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDiscretization, MotionFields
 from softmark.interpreter.models.procedures.trajectory_report import MOMENTS
-from softmark.interpreter.models.shared.motion_fields import DisplacementField, MotionFields
 from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
@@ -37,7 +36,7 @@ FINER = 1e-2  # of the tolerance: in N m, moments are smaller than forces in N b
 
 
 @dataclass(frozen=True)
-class SolidWithRigidBodies(DerivedModel, DynamicDefaults):
+class SolidWithRigidBodies(DerivedModel):
     """Deformable body with `dofs` unknowns together with free rigid bodies.
 
     `names` are the free rigid bodies. The `chart` maps the unknowns of the rigid bodies, in the same order, to
@@ -49,11 +48,12 @@ class SolidWithRigidBodies(DerivedModel, DynamicDefaults):
     chart: FreeBodyChart
     names: tuple[str, ...]
     dofs: int
+    mode_field: ClassVar[None] = None  # errors of time steps depend on when and how long bodies are in contact
 
     @property
-    def has_vibration_modes(self) -> bool:
-        """False: errors of time steps depend on when rigid bodies come into contact, and for how long."""
-        return False
+    def model_facts(self) -> Mapping[str, Any]:
+        """Part of the report that describes the deformable model."""
+        return self.static.model_facts
 
     def stored_state(self, problem: Dynamics, motion: Motion) -> Floats:
         """Return the displacements of the deformable body, followed by 18 numbers for each rigid body.
@@ -71,10 +71,6 @@ class SolidWithRigidBodies(DerivedModel, DynamicDefaults):
         times, rigid = times[some], states[some, self.dofs :].reshape(len(some), -1, 18)
         each = {name: _report_motion(times, rigid[:, i]) for i, name in enumerate(self.names)}
         return replace(found, facts={"rigid": each}, notes=self._interpenetration_warnings(times, rigid))
-
-    def mode_field(self, problem: Dynamics, shape: Floats) -> DisplacementField:
-        """Return the displacement field of the deformable body in a vibration mode `shape` (all unknowns,)."""
-        return self.static.mode_field(problem, shape[: self.dofs])
 
     def _interpenetration_warnings(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
         """Return warnings about rigid bodies that pass through each other."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDefaults
 from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField, fields_on_mesh
 from softmark.interpreter.models.shared.load_setup import nodal_forces_at_rest
 from softmark.solvers.energies.energy import Energy, Floats
@@ -13,14 +12,13 @@ from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.motion_fields import MotionFields
-    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
+    from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
     from softmark.solvers.dynamics.dynamic_problem import Dynamics
     from softmark.solvers.dynamics.integrator import Motion
     from softmark.solvers.mesh.shape import Shape
 
 
-class MeshBasedModel(DynamicDefaults):
+class MeshBasedModel:
     """Prepared model on a mesh: the `shape` of the body, its `mesh`, and the loads `applied`.
 
     `applied` has each load separately, at full size.
@@ -30,9 +28,10 @@ class MeshBasedModel(DynamicDefaults):
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
 
-    def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it solves each state from the undeformed body."""
-        return self
+    @property
+    def model_facts(self) -> dict[str, Any]:
+        """Part of the report that describes the model: empty."""
+        return {}
 
     @property
     def points(self) -> Floats:

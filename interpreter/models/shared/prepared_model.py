@@ -195,6 +195,11 @@ class Meshless:
         """Energies in terms of nodal displacements: None."""
         return
 
+    @property
+    def model_facts(self) -> dict[str, Any]:
+        """Part of the report that describes the model: empty."""
+        return {}
+
     def outside(self, X: Floats) -> float:
         """Return 0, because validation has checked the points against the declared shape."""
         return 0.0

@@ -14,7 +14,7 @@ from softmark.interpreter.models.external.external_builder import PreparedExtern
 from softmark.interpreter.models.external.external_dynamics import motion_of, times_of
 from softmark.interpreter.models.external.external_problem import Answer, ExternalMaterial, NoAnswer, Problem, Section
 from softmark.interpreter.models.external.rods.external_rod_declaration import ExternalRod
-from softmark.interpreter.models.shared.motion_fields import MotionFields
+from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 from softmark.interpreter.problem.body_case import Case
