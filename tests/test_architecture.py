@@ -312,7 +312,7 @@ def test_listing_data_asks_no_network(tmp_path: Path) -> None:
 def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
     found = after("run", "uniaxial-stretch", cwd=tmp_path)
     assert not {m for m in found if m.startswith("softmark.solvers.dynamics")}
-    assert "softmark.interpreter.models.shared.solid_dynamics" not in found
+    assert "softmark.interpreter.models.procedures.dynamic_analysis" not in found
     assert not {m for m in found if m.startswith("softmark.solvers.stress_recovery")}  # it asks for no stress
     assert not found & {"trimesh", "skimage", "softmark.solvers.energies.spring_energy"}
 

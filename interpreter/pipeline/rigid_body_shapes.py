@@ -72,7 +72,7 @@ def _motion_fractions(touch: RigidBodyContact, body: DrawnSurface) -> Sequence[f
     """Return the completed fraction of a rigid body's prescribed motion in every frame; 1 in a static state."""
     if body.times is None:
         return (1.0,)
-    from softmark.interpreter.models.shared.solid_dynamics import amplitude_of_rigid
+    from softmark.interpreter.models.procedures.case_amplitudes import amplitude_of_rigid
 
     amplitude = amplitude_of_rigid(touch)
     return [amplitude.at(float(t)) for t in body.times]

@@ -12,8 +12,8 @@ import numpy as np
 
 import softmark
 from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 from softmark.interpreter.models.shared.prepared_model import BuildContext
-from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion
 from softmark.interpreter.problem.body_case import case_for
 from softmark.solvers.dynamics.time_integration import march
 
@@ -43,7 +43,7 @@ def main() -> None:
             scene = softmark.loads(SCENE.format(more=more, integrator=integrator, segments=segments)).scene
             rod = scene.declared["rod"]
             prepared = build(rod, case_for(scene, rod), BuildContext(scene=scene))
-            assert isinstance(prepared, PreparedMotion)
+            assert isinstance(prepared, DynamicAnalysis)
             march(prepared.problem, 0.01, 1e-3)
             track = march(prepared.problem, 0.5, 1e-3)
             low, high = np.quantile(track.cpu, [0.5, 0.9]) * 1e3

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.models.shared.solid_dynamics import _energy_warning
+from softmark.interpreter.models.procedures.dynamic_warnings import energy_warning
 from softmark.solvers.dynamics.energy_balance import EnergyBalance
 
 BLOCK = """
@@ -55,7 +55,7 @@ def test_what_is_lost_is_no_reason_to_take_the_integrator_that_is_there(integrat
     text = f"analysis fall = dynamic(duration = 1 s, step = 10 ms, integrator = {integrator})\n"
     declared = softmark.loads(HELD + cells + text).scene.declared
     track: Any = SimpleNamespace(balance=EnergyBalance(drift=0.3, gain=0.0, loss=0.3, scale=1.0, time=0.0))
-    (said,) = _energy_warning(declared["cells"], declared["fall"].thing, track)
+    (said,) = energy_warning(declared["cells"], declared["fall"].thing, track)
     assert said.code == "W361"
     assert str(said.help).startswith(f"use {remedy}:")
 

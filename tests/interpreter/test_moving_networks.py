@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.beam_frame.frame_dynamics import MovingNetwork
 from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
 from softmark.solvers.dynamics.integrator import Motion
@@ -29,11 +29,11 @@ def run(text: str) -> dict[str, Any]:
     return dict(models)
 
 
-def prepared(text: str) -> MovingNetwork:
+def prepared(text: str) -> DynamicAnalysis:
     scene = softmark.loads(HEAD + text).scene
     declared = scene.declared["m"]
     found = build(declared, case_for(scene, declared), BuildContext(scene=scene))
-    assert isinstance(found, MovingNetwork)
+    assert isinstance(found, DynamicAnalysis)
     return found
 
 
@@ -83,15 +83,16 @@ def test_momenta_of_a_free_star() -> None:
 model m = frame6dof(segments = 4)
 probe tip = point(net, at = (0.5, 0, 0) m)
 """)  # fmt: skip
-    problem, layout = model.problem, model.layout
-    assert layout is not None
+    static: Any = model.static
+    problem, layout = model.problem, static.layout
+    rotations: Any = problem.turning
     v = np.array(problem.velocity).reshape(-1, 6)
     v[1, 2] += 1.0  # an arm is struck
     problem.velocity[:] = v.ravel()
     M = np.asarray(problem.mass).reshape(-1, 6)
 
     def seen(motion: Motion) -> np.ndarray:
-        x = model._turning.chart.state(motion.x)
+        x = rotations.chart.state(motion.x)
         p, at = M * motion.v.reshape(-1, 6), x.reshape(-1, 7)[layout.first, :3]
         turning = np.einsum("pij,pj->i", layout.frames(x), p[:, 3:])
         return np.array([p[:, :3].sum(axis=0), np.cross(at, p[:, :3]).sum(axis=0) + turning])

@@ -251,9 +251,9 @@ def test_the_space_is_orthonormal_and_zero_on_supports() -> None:
     for line in ("model p = pod(of = full, modes = 4)\n", "model p = modal(of = full, modes = 6)\n"):
         built = prepared(BEAM + line, "p")
         assert built.equations is not None
-        V, M = built.equations.basis.V, built.rest.mass
+        V, M = built.equations.basis.V, built.static.mass()
         np.testing.assert_allclose(V.T @ (M @ V), np.eye(V.shape[1]), atol=1e-12)
-        assert not V[built.rest.static.problem.fixed].any()
+        assert not V[built.static.problem.fixed].any()
 
 
 def test_the_energy_and_its_gradient_agree_in_the_sampled_model() -> None:

@@ -15,6 +15,7 @@ from softmark.interpreter.models.beam import beam_supports
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, axis_station, section_station
 from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_beam
 from softmark.interpreter.models.beam.load_lumping import lump_force, lump_line
+from softmark.interpreter.models.beam.rod_model import RodModel
 from softmark.interpreter.models.beam.tapered_sections import (
     inertia,
     integrate_at_nodes,
@@ -22,9 +23,10 @@ from softmark.interpreter.models.beam.tapered_sections import (
     stiffnesses,
 )
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, undefined_frequencies
+from softmark.interpreter.models.procedures.dynamic_discretization import DisplacementField
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_rod
-from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import coverage
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedBeam(Meshless):
+class PreparedBeam(RodModel):
     """Beam model: the undeformed rod and its static problem."""
 
     declared: Declared
@@ -108,9 +110,13 @@ class PreparedBeam(Meshless):
         history = found.history + again.history
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
+    def displacement_field(self, x: Floats) -> DisplacementField:
+        """Return the displacement field of the beam in a state x (nodes * 7,)."""
+        return lambda X: displacement_at(x, self.rest, X, self.along)
+
     def _make_solution(self, found: Equilibrium, assembly: Assembly) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
-        solution = static_result.solution_of(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
+        solution = static_result.solution_of(found, self.displacement_field(found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
             modes = undefined_frequencies("frequencies of curved beams are not computed: use `fem(...)`")
@@ -167,10 +173,11 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     static = build_static(model, declared, case)
     if not isinstance(case.analysis, Dynamic):
         return static
-    from softmark.interpreter.models.beam.beam_dynamics import build_beam_dynamics
+    from softmark.interpreter.models.beam.beam_dynamics import beam_dynamics
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 
-    parts = (static.elastic, static.problem, static.mass(), static.applied)
-    return build_beam_dynamics(static, declared, case, *parts)
+    problem = beam_dynamics(case, static.elastic, static.problem, static.mass(), static.applied)
+    return DynamicAnalysis(static, declared, case, problem)
 
 
 def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:

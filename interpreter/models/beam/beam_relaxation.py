@@ -7,10 +7,10 @@ series.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -20,26 +20,27 @@ from softmark.interpreter.models.beam.beam_nodal_forces import nodal_forces_of_b
 from softmark.interpreter.models.beam.beam_supports import held_values
 from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.postprocessing.mesh_stress import StoredStress
+from softmark.interpreter.models.procedures.quasistatic_analysis import Loads, QuasistaticAnalysis, energies_in_time
+from softmark.interpreter.models.procedures.quasistatic_times import AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
-from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.implicit_midpoint import Midpoint
 from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
-from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.rod_state import displacement_at
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.energies.viscoelastic_rod import RodHistory
 from softmark.solvers.materials.viscoelastic import Viscoelastic
 from softmark.solvers.materials.youngs_relaxation import young_series
-from softmark.solvers.statics.quasistatic_history import StateInTime, advance_through, state_at_rest
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
-    from softmark.solvers.statics.static_equilibrium import Watch
+    from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
+    from softmark.solvers.statics.quasistatic_history import StateInTime
+    from softmark.solvers.statics.static_equilibrium import Equilibrium
 
 NO_STRESS = "section stress of a viscoelastic beam is not available: use forces"
 
@@ -58,79 +59,40 @@ class BeamHistory:
 
 
 @dataclass(frozen=True)
-class ViscoelasticBeam(Meshless):
-    """Viscoelastic beam in a quasistatic analysis.
+class BeamWithHistory(PreparedBeam):
+    """Viscoelastic beam, with all loads at full size and with the instantaneous stiffness."""
 
-    `static` is the same beam with all loads at full size and with the instantaneous stiffness.
-    """
-
-    static: PreparedBeam
-    case: Case
-    memories: BodyHistory
-    timed: AmplitudeSchedule
+    inner_stages: ClassVar[tuple[float, ...]] = ()
+    remedy: ClassVar[str] = "use a shorter step, more segments or a smaller load"
+    describe_free_motion: ClassVar[None] = None
 
     @property
-    def size(self) -> dict[str, int]:
-        """Numbers of nodes, elements and degrees of freedom, by name."""
-        return self.static.size
+    def amplitude_scaled_energies(self) -> tuple[tuple[Declared, Energy], ...]:
+        """Energy of each load."""
+        return self.applied
 
-    @property
-    def points(self) -> Floats:
-        """Undeformed nodes of the axis (n, 3), m."""
-        return self.static.points
+    def scaled_forces(self, shares: Sequence[float]) -> list[Floats]:
+        """Return forces and moments (n, 6), N and N m, of each load at a share of its full size."""
+        return [share * f for (_, f), share in zip(self.forces(), shares, strict=True)]
 
-    def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return each load at the present time with its forces and moments (n, 6), N and N m."""
-        shares = self.timed.at(self.timed.analysis.now, False).shares
-        return [(load, share * f) for (load, f), share in zip(self.static.forces(), shares, strict=True)]
-
-    def warm(self) -> None:
-        """Load the libraries that the static beam needs, before timing starts."""
-        self.static.warm()
-
-    def solve(self, watch: Watch) -> Solution:
-        """Return the solution at the present time, by time steps from the start."""
-        remedy = "use a shorter step, more segments or a smaller load"
-        problem = replace(self.static.problem, watch=watch)
-        came: list[StateInTime] = []
-
-        def find() -> Any:
-            """Return the equilibrium at the present time."""
-            came.append(advance_through(problem, state_at_rest(problem, self.memories), self.timed.after(None)))
-            found: Any = came[0].found
-            return replace(found, history=came[0].history)
-
-        return static_result.solve_static(find, remedy, lambda found: self._make_solution(found, came[0]))
-
-    def _make_solution(self, found: Any, state: StateInTime) -> Solution:
+    def solution_in_time(self, found: Equilibrium, state: StateInTime, acting: Loads) -> Solution:
         """Return the solution of a state, with its energies and its history."""
-        rest, along = self.static.rest, self.static.along
-
-        def moved(x: Floats) -> Callable[[Floats], Floats]:
-            """Return the displacement field of a state x (nodes * 7,)."""
-            return lambda X: displacement_at(x, rest, X, along)
-
-        solution = static_result.solution_of(
-            found, BeamHistory(moved(state.x), state.times, tuple(map(moved, state.states)))
-        )
-        energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
-                    "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
-        facts = solution.facts | {"energies_in_time": energies}
-        ring = vibrations.undefined_frequencies("frequencies of a viscoelastic beam are not available")
-        seen = replace(
+        past = tuple(map(self.displacement_field, state.states))
+        moved = BeamHistory(self.displacement_field(state.x), state.times, past)
+        solution = static_result.solution_of(found, moved)
+        return replace(
             solution,
-            facts=facts,
-            notes=static_result.uniqueness_warnings(self.static.declared, found),
-            vibrations=ring,
+            facts=solution.facts | energies_in_time(state),
+            notes=static_result.uniqueness_warnings(self.declared, found),
+            vibrations=vibrations.undefined_frequencies("frequencies of a viscoelastic beam are not available"),
             stress=StoredStress(None, NO_STRESS),
+            carried=cache(lambda: self._nodal_forces_in_time(state, acting)),
         )
-        return replace(seen, carried=cache(lambda: self._nodal_forces(state)))
 
-    def _nodal_forces(self, state: StateInTime) -> Any:
-        """Return the nodal forces in a state."""
+    def _nodal_forces_in_time(self, state: StateInTime, acting: Loads) -> NodalForces:
+        """Return the nodal forces in a state under the `acting` loads."""
         assert state.problem is not None
-        acting = self.timed.acting(self.static.applied, state.time)
-        found = nodal_forces_of_beam(replace(state.problem, rest=self.static.rest), state.x, acting)
+        found = nodal_forces_of_beam(replace(state.problem, rest=self.rest), state.x, acting)
         return replace(found, energy=state.stored, dissipated=state.dissipated)
 
 
@@ -143,24 +105,27 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     problem = static.problem
     loads = [energy for _, energy in static.applied]
     assembly = Assembly(problem.assembly.dofs, problem.fixed, [static.elastic], loads)
-    static = replace(static, problem=replace(problem, assembly=assembly))
+    known = {f.name: getattr(static, f.name) for f in fields(static)}
+    beam = BeamWithHistory(**known | {"problem": replace(problem, assembly=assembly)})
     g, tau = section_relaxation_series(case.material)
     memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
-    return ViscoelasticBeam(static, case, memories, AmplitudeSchedule.of(whole, static.applied, owners, problem.target))
+    timed = AmplitudeSchedule.of(whole, static.applied, owners, problem.target)
+    return QuasistaticAnalysis(beam, case, memories, timed)
 
 
 def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
     """Build the dynamic analysis of a viscoelastic beam."""
-    from softmark.interpreter.models.beam.beam_dynamics import build_beam_dynamics
+    from softmark.interpreter.models.beam.beam_dynamics import beam_dynamics
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 
     static = build_static(model, declared, case)
-    made = build_beam_dynamics(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
-    rods: Any = made.problem.assembly.internal[0]
+    problem = beam_dynamics(case, static.elastic, static.problem, static.mass(), static.applied)
+    rods: Any = problem.assembly.internal[0]
     memories = BodyHistory((RodHistory.at_rest(rods, *section_relaxation_series(case.material)),))
-    remembering = ViscoelasticStep(memories, isinstance(made.problem.integrator, Midpoint))
-    return replace(made, problem=replace(made.problem, remembering=remembering))
+    remembering = ViscoelasticStep(memories, isinstance(problem.integrator, Midpoint))
+    return DynamicAnalysis(static, declared, case, replace(problem, remembering=remembering))
 
 
 def section_relaxation_series(material: Viscoelastic) -> tuple[Floats, Floats]:

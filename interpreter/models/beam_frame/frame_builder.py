@@ -11,6 +11,7 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_rods
 from softmark.interpreter.models.beam.load_lumping import lump_force, lump_line
+from softmark.interpreter.models.beam.rod_model import RodModel
 from softmark.interpreter.models.beam.tapered_sections import integrate_at_nodes, stiffnesses
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
@@ -18,7 +19,7 @@ from softmark.interpreter.models.beam_frame.frame_displacements import FrameDisp
 from softmark.interpreter.models.beam_frame.frame_layout import Layout
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedNetwork(Meshless):
+class PreparedNetwork(RodModel):
     """Frame model: the undeformed network and its static problem."""
 
     declared: Declared
@@ -72,9 +73,13 @@ class PreparedNetwork(Meshless):
             lambda: equilibrium(problem), "use more segments or a smaller load", self._make_solution
         )
 
+    def displacement_field(self, x: Floats) -> FrameDisplacementField:
+        """Return the displacement field of the frame in a state x (nodes * 7,)."""
+        return FrameDisplacementField(self.layout, x)
+
     def _make_solution(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
-        solution = static_result.solution_of(found, FrameDisplacementField(self.layout, found.x))
+        solution = static_result.solution_of(found, self.displacement_field(found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
             solution,
@@ -143,9 +148,10 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildCon
     static = PreparedNetwork(declared, layout, elastic, problem, size, applied)
     if not isinstance(case.analysis, Dynamic):
         return static
-    from softmark.interpreter.models.beam_frame.frame_dynamics import build_frame_dynamics
+    from softmark.interpreter.models.beam_frame.frame_dynamics import frame_dynamics
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
 
-    return build_frame_dynamics(static, declared, case, layout, elastic, problem, alone)
+    return DynamicAnalysis(static, declared, case, frame_dynamics(case, layout, elastic, problem, alone))
 
 
 def rods(layout: Layout) -> RodElastic:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
-from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.external import external_process
 from softmark.interpreter.models.external.adapters import adapter
@@ -30,10 +28,10 @@ from softmark.interpreter.models.external.problem_transfer import NotTransferabl
 from softmark.interpreter.models.fem import fem_builder as fem
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.postprocessing import vibrations
-from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
+from softmark.interpreter.models.procedures.derived_model import DerivedModel
+from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 from softmark.interpreter.models.shared.prepared_model import (
     BuildContext,
-    DeformedMesh,
     ElapsedTime,
     Prepared,
     Solution,
@@ -50,7 +48,6 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium
 
 if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
-    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
 BALANCED = 1e-4  # of the larger of loads and reactions: largest residual of a program's results in our equations
@@ -62,65 +59,29 @@ NOT_KNOWN = "an external program solved it, and its tangent stiffness is not ava
 
 
 @dataclass(frozen=True)
-class PreparedExternalModel:
+class PreparedExternalModel(DerivedModel):
     """Static model that an external program solves.
 
-    `solid` is softmark's own finite element model on the same mesh. It defines the problem and checks the results.
+    `static` is softmark's own finite element model on the same mesh. It defines the problem and checks the results.
     """
 
     model: ExternalModel
     declared: Declared
     case: Case
-    solid: PreparedSolid
+    static: PreparedSolid
     lost: ClassVar[Status] = "not_converged"  # status if the program itself reports no solution
     unsettled: ClassVar[str] = "{title} reports no solution: {why}"
 
     @property
-    def size(self) -> Mapping[str, int]:
-        """Numbers of nodes, elements and degrees of freedom, by name."""
-        return self.solid.size
-
-    @property
-    def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about the mesh, found while softmark's own model was built."""
-        return self.solid.notes
-
-    @property
-    def mesh(self) -> Mesh:
-        """Mesh of the body, which the program and softmark's own model share."""
-        return self.solid.mesh
-
-    @property
     def assembly(self) -> Assembly:
         """Energies and loads of softmark's own model, in terms of nodal displacements."""
-        return self.solid.assembly
-
-    @property
-    def points(self) -> Floats:
-        """Undeformed nodes (n, 3), m."""
-        return self.solid.points
-
-    def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return each load with its nodal forces (n, 3), N."""
-        return self.solid.forces()
-
-    def outside(self, X: Floats) -> float:
-        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file."""
-        return self.solid.outside(X)
-
-    def warm(self) -> None:
-        """Compile or load the code that checks the results, before timing starts."""
-        self.solid.warm()
-
-    def after(self, before: DeformedMesh) -> PreparedExternalModel:
-        """Return the model itself, because it always starts from rest."""
-        return self
+        return self.static.assembly
 
     def asked(self) -> Problem:
         """Return the problem that the program solves. Raises NotTransferable, Fault."""
-        problem = problem_of(self.solid, self.case)
+        problem = problem_of(self.static, self.case)
         return (
-            replace(problem, named=collect_named_parts(self.solid, self.case))
+            replace(problem, named=collect_named_parts(self.static, self.case))
             if self.model.program_entry.by_name
             else problem
         )
@@ -202,7 +163,7 @@ class PreparedExternalModel:
             return Solution("failed", f"{title}: a supported node is {slipped:.2g} m from its imposed position", known)
         x = x.copy()
         x[held] = values  # to the last digit
-        fixed = self.solid.problem.fixed
+        fixed = self.static.problem.fixed
         with np.errstate(all="ignore"):
             residual = relative_residual(self.assembly, x, fixed)
             told = self._rounding_residual(answer, x, residual)
@@ -221,7 +182,7 @@ class PreparedExternalModel:
         if not residual <= allowed:
             return Solution("not_converged", self._unbalanced_message(residual, allowed), known)
         state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"solved by {title}")
-        return self._with_program_facts(self.solid.make_solution(state), known)
+        return self._with_program_facts(self.static.make_solution(state), known)
 
     def _unbalanced_message(self, residual: float, allowed: float) -> str:
         """Return the error message for a residual, relative to the loads, that exceeds the `allowed` one."""
@@ -241,7 +202,7 @@ class PreparedExternalModel:
         if not answer.rounding or not np.isfinite(residual):
             return 0.0
         drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * answer.rounding * np.abs(x)
-        fixed = self.solid.problem.fixed
+        fixed = self.static.problem.fixed
         drawn[fixed] = 0.0
         apart = relative_residual(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))
         return apart if np.isfinite(apart) else 0.0
@@ -259,7 +220,7 @@ class PreparedExternalModel:
 
 @dataclass(frozen=True)
 class PreparedExternalDynamics(PreparedExternalModel):
-    """Dynamic analysis by an external program; `solid` is our static model, which has the mesh and the loads."""
+    """Dynamic analysis by an external program; `static` is our static model, which has the mesh and the loads."""
 
     motion: Motion
     lost: ClassVar[Status] = "diverged"
@@ -272,7 +233,7 @@ class PreparedExternalDynamics(PreparedExternalModel):
 
     def asked(self) -> Problem:
         """Return the problem that the program solves. Raises NotTransferable."""
-        return problem_of(self.solid, self.case, motion=self.motion)
+        return problem_of(self.static, self.case, motion=self.motion)
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Return the displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if they are invalid."""
@@ -294,9 +255,9 @@ class PreparedExternalDynamics(PreparedExternalModel):
             return Solution("failed", f"{title}: a supported node is {slipped:.2g} m from its imposed position", known)
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
-    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return the solution fields `course`, `displacement` (at the end) and `mesh` from u (t, n, 3), m."""
-        return fields_of_motion(self.mesh, times_of(self.motion), u)
+    def seen(self, answer: Answer, u: Floats) -> MotionFields:
+        """Return the displacement fields of nodal displacements u (t, n, 3), m."""
+        return self.static.motion_fields(times_of(self.motion), u)
 
 
 def checked_states(answer: Answer, problem: Problem, count: int) -> Floats:

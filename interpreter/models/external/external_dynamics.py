@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from softmark.interpreter.models.external.external_program import ExternalModel
+    from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 
 
 def motion_of(model: ExternalModel, analysis: Dynamic, masses: Floats) -> Motion:
@@ -33,13 +34,14 @@ def times_of(motion: Motion) -> Floats:
     return times
 
 
-def dynamic_solution(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
+def dynamic_solution(motion: Motion, answer: Answer, fields: MotionFields, known: dict[str, Any]) -> Solution:
     """Return the solution of a motion; it is `capped` if the program left steps unsolved.
 
-    `found` has the fields of the displacements over time, and `known` the report.
+    `known` is the report.
     """
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
     solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
     status: Status = "capped" if answer.unsolved else "converged"
-    history = History(times_of(motion), found.pop("course"), steps, (), motion.step, solved)
-    return Solution(status, answer.said if answer.unsolved else None, known, history=history, **found)
+    history = History(times_of(motion), fields.history, steps, (), motion.step, solved)
+    message = answer.said if answer.unsolved else None
+    return Solution(status, message, known, fields.displacement, history=history, mesh=fields.mesh)

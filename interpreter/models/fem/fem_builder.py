@@ -146,12 +146,12 @@ class PreparedSolid(MeshBasedModel):
             problem = replace(problem, start=self.unknowns.start_state(self.before))
         if self.first is None:
             return static_result.solve_static(
-                lambda: self._find_equilibrium(problem), remedy, self.make_solution, self._describe_free_motion
+                lambda: self._find_equilibrium(problem), remedy, self.make_solution, self.describe_free_motion
             )
         begun = self.first.solve_guess(self.mesh.points, watch)
         problem = replace(problem, start=self.unknowns.start_state(begun.x))
         found = static_result.solve_static(
-            lambda: equilibrium(problem), remedy, self.make_solution, self._describe_free_motion
+            lambda: equilibrium(problem), remedy, self.make_solution, self.describe_free_motion
         )
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
@@ -174,7 +174,7 @@ class PreparedSolid(MeshBasedModel):
             return equilibrium(problem)
         return recover_solid(self.disturbance, problem, self.mesh.points, self.elastic)
 
-    def _describe_free_motion(self, d: Floats) -> str:
+    def describe_free_motion(self, d: Floats) -> str:
         """Return a description of a motion d (dofs,) that no stiffness resists."""
         return static_result.describe_free_motion(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
@@ -313,14 +313,16 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     static, parts = build_static(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return apply_options(static, workshop, disturbance_of(case))
-    from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
-    from softmark.interpreter.models.shared.solid_dynamics import build_solid_dynamics
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+    from softmark.interpreter.models.shared.solid_dynamics import include_free_rigid_bodies, solid_dynamics
 
-    mass = mass_of(model, case, static.mesh, parts)
-    known = (static.mesh, mass, static.problem.assembly.internal, static.amplitude_scaled_energies)
-    return include_free_rigid_bodies(
-        build_solid_dynamics(static, declared, case, *known, static.problem, len(static.muscles)), case
+    mass, loads, pulling = (
+        mass_of(model, case, static.mesh, parts),
+        static.amplitude_scaled_energies,
+        len(static.muscles),
     )
+    problem = solid_dynamics(declared, case, static.mesh, static.problem, mass, loads, pulling)
+    return include_free_rigid_bodies(DynamicAnalysis(static, declared, case, problem))
 
 
 def build_static(

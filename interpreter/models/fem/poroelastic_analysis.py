@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem.fem_builder import build_static
-from softmark.interpreter.models.fem.fem_relaxation import PreparedViscoelastic, support_of_each_dof
+from softmark.interpreter.models.fem.fem_relaxation import SolidWithHistory, fields_of, support_of_each_dof
 from softmark.interpreter.models.postprocessing import nodal_forces
+from softmark.interpreter.models.procedures.quasistatic_analysis import Loads, QuasistaticAnalysis
+from softmark.interpreter.models.procedures.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
-from softmark.interpreter.models.shared.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.models.shared.support_constraints import SAME as ALIKE
 from softmark.interpreter.models.shared.support_selection import select_support
 from softmark.interpreter.problem.body_case import Case, fault
@@ -32,10 +33,12 @@ from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.linear.linear_solver import LinearSolverOptions
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh, facet_areas
-from softmark.solvers.statics.quasistatic_history import InstantLoading, StateInTime
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.fem_builder import PreparedSolid
     from softmark.interpreter.models.fem.fem_declaration import Fem
+    from softmark.solvers.statics.quasistatic_history import StateInTime
+    from softmark.solvers.statics.static_equilibrium import Equilibrium
 
 TIGHT = 1e-12  # of loads and reactions: tolerance of states with fluid, so that no fluid is lost
 COARSE = 0.3  # of the moved fluid: larger differences of methods of first and second order cause a warning
@@ -62,30 +65,19 @@ class Fluid:
 
 
 @dataclass(frozen=True)
-class PreparedPoroelastic(PreparedViscoelastic):
-    """Poroelastic solid in a quasistatic analysis.
+class SolidWithFluid(SolidWithHistory):
+    """Poroelastic solid.
 
-    `drains` has, by the name of each drained support, the indices of the pressure unknowns (b,) that it
-    prescribes.
+    `drains` has, by the name of each drained support, the indices of the pressure unknowns (b,) that it prescribes.
     """
 
+    inner_stages: ClassVar[tuple[float, ...]] = (INNER,)
     drains: tuple[tuple[str, Ints], ...] = ()
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
-    def step_loadings(self) -> list[InstantLoading]:
-        """Return loads and supports at both stages of every time step since the previous output time."""
-        begin = 0.0 if self.before is None else self.before.time
-        found: list[InstantLoading] = []
-        for end in PreparedViscoelastic.step_loadings(self):
-            if end.time - begin > SAME * self.analysis.step:
-                found.append(self.timed.at(begin + INNER * (end.time - begin), False))
-            found.append(end)
-            begin = end.time
-        return found
-
-    def _finish(self, found: Any, state: StateInTime) -> Solution:
+    def solution_in_time(self, found: Equilibrium, state: StateInTime, acting: Loads) -> Solution:
         """Return the solution with fluid results; its status is not converged if the fluid balance is violated."""
-        solution, pores = PreparedViscoelastic._finish(self, found, state), find_pore_fluid(state.memories)
+        solution, pores = super().solution_in_time(found, state, acting), find_pore_fluid(state.memories)
         shown = {
             "balance": pores.fluid_balance_error,
             "moved_m3": pores.moved + pores.passed,
@@ -97,22 +89,21 @@ class PreparedPoroelastic(PreparedViscoelastic):
         if pores.fluid_balance_error <= BALANCED:
             moved: Any = solution.mesh
             seen = replace(moved, pore_pressure=nodal_pressures(self.mesh, pores.energy, state.x))
-            return replace(
-                solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._flow_resolution_warnings(pores))
-            )
+            notes = (*solution.notes, *self._flow_resolution_warnings(pores, state.time))
+            return replace(solution, facts=facts, mesh=seen, notes=notes)
         error = pores.fluid_balance_error
         reason = f"the fluid volume is not conserved: {error:.1e} of the fluid that moved is lost or gained"
         return Solution("not_converged", reason, facts)
 
-    def _flow_resolution_warnings(self, pores: PoreFluid) -> Iterator[Diagnostic]:
-        """Yield a warning if the last step is too long to resolve the fluid flow."""
+    def _flow_resolution_warnings(self, pores: PoreFluid, time: float) -> Iterator[Diagnostic]:
+        """Yield a warning if the last step, which ends at a `time`, s, is too long to resolve the fluid flow."""
         if pores.unresolved <= COARSE:
             return
-        declared, shown = self.static.declared, units.format_value(float(f"{self._now:.4g}"), units.TIME)
+        shown = units.format_value(float(f"{time:.4g}"), units.TIME)
         yield diagnostic(
             "W394",
-            declared.at(),
-            f"the step of `{declared.name}` that ends at {shown} is too long to resolve the fluid flow",
+            self.declared.at(),
+            f"the step of `{self.declared.name}` that ends at {shown} is too long to resolve the fluid flow",
             "error of about 5 % of the moved fluid",
             "use shorter steps, or evaluate later times: the first step after a load change is inaccurate",
         )
@@ -121,13 +112,9 @@ class PreparedPoroelastic(PreparedViscoelastic):
         """Return the volume that has left through each drained support, m^3."""
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
-    def _nodal_forces(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state, including the forces of the fluid pressure.
-
-        `stored` and `lost` are the stored and the dissipated energy, J.
-        """
-        found = PreparedViscoelastic._nodal_forces(self, state, u, stored, lost)
-        pores = find_pore_fluid(state.memories)
+    def nodal_forces_in_time(self, state: StateInTime, u: Floats, acting: Loads) -> nodal_forces.NodalForces:
+        """Return the nodal forces in a state, including the forces of the fluid pressure."""
+        found, pores = super().nodal_forces_in_time(state, u, acting), find_pore_fluid(state.memories)
         return replace(
             found, fluid=Fluid(self.mesh, nodal_pressures(self.mesh, pores.energy, state.x), self._outflows(pores))
         )
@@ -166,12 +153,13 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     owners = [*support_of_each_dof(whole, static.mesh, workshop, problem.fixed), *(held[b] for b in places.tolist())]
     problem = replace(problem, assembly=assembly, fixed=fixed, target=target, twin=None, linear=linear,
                       tolerance=tolerance)  # fmt: skip
-    static = replace(static, problem=problem)
     drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
                    for d in whole.drains)  # fmt: skip
     timed = AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, target)
-    made = PreparedPoroelastic(static, case, memories, timed, drains=drains)
-    return _check_step_size(made, drained)
+    smallest = _smallest_smooth_step(case, static.mesh, drained)
+    notes = (*static.notes, *_short_step_warning(static, timed, smallest))
+    known = fields_of(static) | {"problem": problem, "notes": notes}
+    return QuasistaticAnalysis(SolidWithFluid(**known, drains=drains, smallest=smallest), case, memories, timed)
 
 
 def _pressure_supports(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
@@ -230,19 +218,14 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
 # ------------------------------------------------------------------ steps that are too short
 
 
-def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroelastic:
-    """Return the analysis with the smallest step that causes no oscillations, and a warning if steps are shorter.
-
-    The limit applies to the cells at drained facets `drained` (f,).
-    """
-    smallest = _smallest_smooth_step(made, drained)
-    times = [t for t, _ in made.timed.grid()]
-    steps = [b - a for a, b in pairwise(times) if b - a > SAME * made.analysis.step]
+def _short_step_warning(static: PreparedSolid, timed: AmplitudeSchedule, smallest: float) -> Iterator[Diagnostic]:
+    """Yield a warning if time steps are shorter than the `smallest` one, s, without oscillations."""
+    times = [t for t, _ in timed.grid()]
+    steps = [b - a for a, b in pairwise(times) if b - a > SAME * timed.analysis.step]
     if not steps or min(steps) >= smallest * (1.0 - SAME):
-        return replace(made, smallest=smallest)
-    static = made.static
+        return
     shown = units.format_value(float(f"{smallest:.3g}"), units.TIME)
-    note = diagnostic(
+    yield diagnostic(
         "W393",
         static.declared.at("size" if static.model.size else "element"),
         f"a step of {units.format_value(float(f'{min(steps):.3g}'), units.TIME)} is too short for the "
@@ -251,10 +234,9 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
         f"use steps of {shown} or more, or smaller cells at the surface: just after a load change the "
         "drained layer is thinner than a cell",
     )
-    return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
 
 
-def _smallest_smooth_step(made: PreparedPoroelastic, drained: Ints) -> float:
+def _smallest_smooth_step(case: Case, mesh: Mesh, drained: Ints) -> float:
     """Return the smallest step without oscillations, s: h^2 / (6 c) over the implicit part of a stage.
 
     h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient.
@@ -262,9 +244,9 @@ def _smallest_smooth_step(made: PreparedPoroelastic, drained: Ints) -> float:
     Source: Vermeer and Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer.
     Anal. Methods Geomech. 5:1.
     """
-    material = made.case.material
+    material = case.material
     c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)
-    h = float(_cell_heights_at_facets(made.static.mesh, drained).max(initial=0.0))
+    h = float(_cell_heights_at_facets(mesh, drained).max(initial=0.0))
     return h**2 / (6.0 * c * INNER)
 
 

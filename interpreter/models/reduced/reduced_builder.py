@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -15,6 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem import fem_builder
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.procedures.derived_model import DerivedModel
 from softmark.interpreter.models.reduced.reduced_declaration import PARTS, Modal, Pod
 from softmark.interpreter.models.reduced.reduced_space import (
     Basis,
@@ -33,14 +34,13 @@ from softmark.interpreter.models.reduced.training_states import (
 )
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
-from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
-from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, stored_indices
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
-from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure, ScaledLoad
 from softmark.solvers.linear.factorisations import Singular
 from softmark.solvers.model_reduction.cell_energies import restrict_to_cells, restrict_to_loaded_nodes
 from softmark.solvers.model_reduction.hyperreduction import CellSample, sample_cells
@@ -49,10 +49,10 @@ from softmark.solvers.model_reduction.reduction_error import ReducedMotion, dyna
 from softmark.solvers.statics.static_equilibrium import Equilibrium, NotConverged, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+    from softmark.interpreter.models.procedures.dynamic_discretization import DisplacementField, MotionFields
     from softmark.solvers.dynamics.dynamic_problem import Dynamics
     from softmark.solvers.dynamics.integrator import Motion
-    from softmark.solvers.dynamics.trajectory import Trajectory
-    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
 IDLE = 1e-9  # of the loads: smallest part that must act along the fields of the basis
@@ -165,38 +165,10 @@ def _solutions_with_all_cells(whole: Equations) -> Floats:
     problem, found = whole.statics(), []
     for share in PARTS:
         full = whole.static.problem.assembly
-        loads = [_ScaledLoad(load, share) for load in full.loads]
+        loads = [ScaledLoad(load, share) for load in full.loads]
         at = replace(problem, assembly=whole.assembly(full.internal, loads), target=share * problem.target)
         found.append(whole.basis.fields @ equilibrium(at).x)
     return np.array(found)
-
-
-@dataclass(frozen=True)
-class _ScaledLoad(Energy):
-    """Energy of a load, multiplied by a factor."""
-
-    load: Energy
-    factor: float
-
-    @property
-    def conservative(self) -> bool:
-        return self.load.conservative
-
-    @property
-    def stencils(self) -> Ints:
-        return self.load.stencils
-
-    def rounding(self, x: Floats) -> float:
-        return self.factor * self.load.rounding(x)
-
-    def value(self, x: Floats) -> float:
-        return self.factor * self.load.value(x)
-
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        self.load.add_gradient(x, g, scale * self.factor)
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        self.load.add_hessian(x, data, slots, scale * self.factor, projected)
 
 
 # ------------------------------------------------------------------ what is solved
@@ -225,78 +197,58 @@ class RecoveredMesh(MeshData):
 
 
 @dataclass(frozen=True)
-class PreparedReduced:
+class PreparedReduced(DerivedModel):
     """Reduced model ready to solve, with its reduced equations and a report of basis and equations.
 
-    `rest` is the full model. `failure` is the reason if there are no equations.
+    `static` is the full model. `failure` is the reason if there are no equations. `dynamics` are the reduced and the
+    full dynamic problem, of a dynamic analysis.
     """
 
     declared: Declared
-    rest: FullModelAtRest
+    static: PreparedSolid
     equations: Equations | None
     problem: Statics | None
     facts: dict[str, Any]
-    notes: tuple[Diagnostic, ...]
+    notes: tuple[Diagnostic, ...] = ()
     failure: str = ""
+    dynamics: tuple[Dynamics, Dynamics] | None = None
 
     @property
     def size(self) -> dict[str, int]:
         """Numbers of evaluated nodes and elements, and of unknowns."""
         if self.equations is None:
             return {"nodes": 0, "elements": 0, "dofs": 0}
-        evaluated = 0 if self.rest.static.model.strain == "small" else len(self.equations.cells)
+        evaluated = 0 if self.static.model.strain == "small" else len(self.equations.cells)
         nodes = len(self.equations.nodes) if evaluated else 0
         return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
 
     def warm(self) -> None:
         """Compile the kernels that the solution needs, before timing starts."""
-        self.rest.static.warm()
+        super().warm()
         if self.problem is not None:
             with suppress(NotConverged):  # it is for the solution to say so
                 equilibrium(self.problem)
 
     @property
-    def mesh(self) -> Mesh:
-        """Mesh of the full model."""
-        return self.rest.static.mesh
-
-    @property
     def assembly(self) -> Assembly:
         """Energies and loads of the full model."""
-        return self.rest.static.assembly
-
-    @property
-    def points(self) -> Floats:
-        """Nodes of the full model (n, 3), m."""
-        return self.rest.static.points
-
-    def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return each load with its nodal forces (n, 3), N, on the full model."""
-        return self.rest.static.forces()
-
-    def outside(self, X: Floats) -> float:
-        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file; else 0."""
-        return self.rest.static.outside(X)
-
-    def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it always starts from rest."""
-        return self
+        return self.static.assembly
 
     def solve(self, watch: Watch) -> Solution:
         """Return the static equilibrium of the reduced equations, starting from rest."""
         if self.problem is None:
-            return Solution("not_converged", self.failure, {"reduced": self.facts})
+            return Solution("not_converged", self.failure, self.model_facts)
         problem = replace(self.problem, watch=watch)
         remedy = "use a smaller load, more modes, or `cells = all`"
         found = static_result.solve_static(lambda: equilibrium(problem), remedy, self._finish)
-        return replace(found, facts=found.facts | {"reduced": self.facts})
+        return replace(found, facts=found.facts | self.model_facts)
 
     def _finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with its residual in the full model's equations."""
         fields = self.problem_fields
-        mesh = RecoveredMesh(self.rest.static.mesh, fields, found.x)
+        mesh = RecoveredMesh(self.static.mesh, fields, found.x)
         solution = static_result.solution_of(found, mesh.at)
-        error = partial(static_error, self.rest.static.problem, fields @ found.x)
+        error = partial(static_error, self.static.problem, fields @ found.x)
         return replace(
             solution, notes=static_result.uniqueness_warnings(self.declared, found), mesh=mesh, reduction_error=error
         )
@@ -308,44 +260,27 @@ class PreparedReduced:
             raise ValueError("the reduced model has no equations")
         return self.equations.basis.fields
 
+    @property
+    def model_facts(self) -> dict[str, Any]:
+        """Report of the basis and of the equations."""
+        return {"reduced": self.facts}
 
-@dataclass(frozen=True)
-class ReducedDynamics(PreparedMotion):
-    """Dynamic analysis of a reduced model; `whole` is the dynamic problem of the full model."""
-
-    static: PreparedReduced
-    fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    whole: Dynamics | None = None
-
-    def warm(self) -> None:
-        """Compile the code that the solution needs, by two time steps, before timing starts."""
-        if self.static.equations is not None:
-            super().warm()
-
-    def solve(self, watch: Watch) -> Solution:
-        """Return the solution by time integration from the start to the end of the analysis."""
-        if self.static.equations is None:
-            return Solution("not_converged", self.static.failure, {"reduced": self.static.facts})
-        found = super().solve(watch)
-        return replace(found, facts=found.facts | {"reduced": self.static.facts})
-
-    def _state(self, motion: Motion) -> Floats:
+    def stored_state(self, problem: Dynamics, motion: Motion) -> Floats:
         """Return reduced displacements, velocities and accelerations (3, r)."""
         return np.array([motion.x, motion.v, motion.a])
 
-    def _mode_field(self, shape: Floats) -> Callable[[Floats], Floats]:
-        return super()._mode_field(self.fields @ shape)
+    def motion_fields(self, times: Floats, states: Floats) -> MotionFields:
+        """Return the displacement fields of reduced states (t, 3, r), with their error in the full equations."""
+        assert self.dynamics is not None
+        fields, (reduced, full) = self.problem_fields, self.dynamics
+        q, v, a = (np.ascontiguousarray(states[:, k]) for k in range(3))
+        found = self.static.motion_fields(times, np.array([fields @ one for one in q]))
+        error = partial(dynamic_error, full, reduced, ReducedMotion(fields, times, q, v, a))
+        return replace(found, reduction_error=error)
 
-    def _finish(self, track: Trajectory, every: int) -> Solution:
-        kept = stored_indices(track, every)
-        q, v, a = (np.array([track.observed[i].x[k] for i in kept]) for k in range(3))
-        for row in track.observed:
-            if row.x is not None:
-                row.x = self.fields @ row.x[0]
-        found = super()._finish(track, every)
-        assert self.whole is not None
-        motion = ReducedMotion(self.fields, track.times[kept], q, v, a)
-        return replace(found, reduction_error=partial(dynamic_error, self.whole, self.problem, motion))
+    def mode_field(self, problem: Dynamics, shape: Floats) -> DisplacementField:
+        """Return the displacement field of a vibration mode `shape` (r,)."""
+        return self.static.mode_field(problem, self.problem_fields @ shape)
 
 
 # ------------------------------------------------------------------ making one
@@ -363,7 +298,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     static, parts = fem_builder.build_static(full.thing, full, own, workshop)
     mass = fem_builder.mass_of(full.thing, own, static.mesh, parts)
     rest = FullModelAtRest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
-    notes, facts = static.notes, _model_report(model)
+    notes, facts = static.notes, {"of": model.of, "space": "pod" if isinstance(model, Pod) else "modal"}
     if isinstance(model, Modal):
         space = partial(modal_space, model, declared, rest)
     else:
@@ -382,11 +317,9 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
             "free to move",
             f"add a support that holds `{own.body.name}`",
         ) from loose
-    return _build_dynamics(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
-
-
-def _model_report(model: Modal | Pod) -> dict[str, Any]:
-    return {"of": model.of, "space": "pod" if isinstance(model, Pod) else "modal"}
+    if still.failure or not isinstance(own.analysis, Dynamic):
+        return still
+    return _build_dynamics(still, rest.mass, full, own, workshop)
 
 
 def _training_report(training: Training, outside_of: list[str]) -> dict[str, Any]:
@@ -412,9 +345,9 @@ def _build_reduced_model(
     try:
         equations = _reduced_equations(model, rest, _check_basis(rest, space()))
     except NotConverged as failed:
-        return PreparedReduced(declared, rest, None, None, facts, notes, failed.reason)
+        return PreparedReduced(declared, rest.static, None, None, facts, notes, failed.reason)
     facts = facts | _equations_report(equations)
-    return PreparedReduced(declared, rest, equations, equations.statics(), facts, notes)
+    return PreparedReduced(declared, rest.static, equations, equations.statics(), facts, notes)
 
 
 def _check_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
@@ -438,13 +371,15 @@ def _equations_report(equations: Equations) -> dict[str, Any]:
     return found
 
 
-def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> ReducedDynamics:
+def _build_dynamics(
+    still: PreparedReduced, M: sparse.csr_matrix, full: Declared, case: Case, workshop: BuildContext
+) -> DynamicAnalysis:
     """Build the dynamic analysis with the basis of the static model. Raises Fault."""
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
-    problem, equations = whole.problem, still.equations
-    if equations is None:
-        return ReducedDynamics(still, still.declared, whole.analysis, problem, whole.mesh)
-    V, M = equations.basis.fields, still.rest.mass
+    problem, equations, V = whole.problem, still.equations, still.problem_fields
+    assert equations is not None
     mass = V.T @ (M @ V)
     moving = replace(
         problem,
@@ -459,7 +394,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
         lagged=False,
         cap=None,
     )
-    return ReducedDynamics(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
+    return DynamicAnalysis(replace(still, dynamics=(moving, problem)), still.declared, case, moving)
 
 
 def _reduced_initial_velocity(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import locate_points
@@ -73,18 +74,13 @@ class DeformedBody(MeshData):
     interactions: Mapping[str, InteractionState] = field(default_factory=dict)  # states of the contacts, by name
 
 
-def fields_of_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
-    """Return the fields `course`, `displacement` and `mesh` of the `Solution` of a dynamic analysis.
+def fields_on_mesh(mesh: Mesh, times: Floats, u: Floats) -> MotionFields:
+    """Return the fields of nodal displacements u (t, n, 3), m, at `times` (t,), s."""
 
-    `u` (t, n, 3), m, are the nodal displacements at `times` (t,), s. `course` is a function that returns the
-    displacement history of material points; `displacement` and `mesh` have the last state.
-    """
-
-    def course(X: Floats) -> Floats:
+    def history(X: Floats) -> Floats:
         """Return the displacements (t, n, 3), m, of material points X (n, 3), m, at all times."""
         place = locate_points(mesh, X)
         return np.array([place.interpolate(one) for one in u])
 
     some = pick_evenly(len(times), FRAMES)
-    last = DeformedBody(mesh, u[-1], times[some], u[some])
-    return {"course": course, "displacement": displacement_of(mesh, u[-1]), "mesh": last}
+    return MotionFields(history, displacement_of(mesh, u[-1]), DeformedBody(mesh, u[-1], times[some], u[some]))

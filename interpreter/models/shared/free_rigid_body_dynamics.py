@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy import sparse
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.shared.prepared_model import Solution
-from softmark.interpreter.models.shared.solid_dynamics import (
-    MOMENTS,
-    PreparedMotion,
-    amplitude_of,
-    amplitude_of_rigid,
-    stored_indices,
-)
+from softmark.interpreter.models.procedures.case_amplitudes import amplitude_of, amplitude_of_rigid
+from softmark.interpreter.models.procedures.derived_model import DerivedModel
+from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+from softmark.interpreter.models.procedures.dynamic_discretization import DynamicDiscretization, MotionFields
+from softmark.interpreter.models.procedures.trajectory_report import MOMENTS
 from softmark.interpreter.problem.body_case import Case, RigidBodyContact
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
@@ -27,11 +24,10 @@ from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidB
 from softmark.solvers.contact.rigid_body_loads import RigidBodyLoad
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.dynamics.dynamic_problem import DirectStepSolver
+from softmark.solvers.dynamics.dynamic_problem import DirectStepSolver, Dynamics
 from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.rotational_inertia import RotationalInertia
-from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
 
@@ -40,24 +36,26 @@ FINER = 1e-2  # of the tolerance: in N m, moments are smaller than forces in N b
 
 
 @dataclass(frozen=True)
-class MotionWithRigidBodies(PreparedMotion):
-    """Dynamic analysis of a deformable body with `dofs` unknowns together with free rigid bodies.
+class SolidWithRigidBodies(DerivedModel):
+    """Deformable body with `dofs` unknowns together with free rigid bodies.
 
     `names` are the free rigid bodies. The `chart` maps the unknowns of the rigid bodies, in the same order, to
     positions and rotations.
     """
 
-    chart: Any = None  # Bodies
-    names: tuple[str, ...] = ()
-    dofs: int = 0
+    static: DynamicDiscretization
+    case: Case
+    chart: FreeBodyChart
+    names: tuple[str, ...]
+    dofs: int
+    mode_field: ClassVar[None] = None  # errors of time steps depend on when and how long bodies are in contact
 
-    def _resolution(self) -> None:
-        """Return None: the resolution of the time step is unknown, because contact durations are unknown."""
+    @property
+    def model_facts(self) -> Mapping[str, Any]:
+        """Part of the report that describes the deformable model."""
+        return self.static.model_facts
 
-    def _step_error(self) -> None:
-        """Return None: the time-step error is unknown, because it depends on when rigid bodies come into contact."""
-
-    def _state(self, motion: Motion) -> Floats:
+    def stored_state(self, problem: Dynamics, motion: Motion) -> Floats:
         """Return the displacements of the deformable body, followed by 18 numbers for each rigid body.
 
         The 18 numbers are the centre of mass (3), m, the axes (3 x 3), the velocity (3), m/s, and the spin (3), rad/s.
@@ -67,23 +65,16 @@ class MotionWithRigidBodies(PreparedMotion):
         spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])
         return np.concatenate([motion.x[: self.dofs], np.hstack([told, own[:, 0], spins]).ravel()])
 
-    def _solution_fields(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """Return the solution fields of the deformable body from stored states (t, ...)."""
-        return super()._solution_fields(times, states[:, : self.dofs])
-
-    def _finish(self, track: Trajectory, every: int) -> Solution:
-        """Return the solution, including the motion of the rigid bodies."""
-        found, kept = super()._finish(track, every), stored_indices(track, every)
-        kept = [kept[i] for i in pick_evenly(len(kept), MOMENTS)]
-        states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
-        each = {name: _report_motion(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
-        notes = (*found.notes, *self._interpenetration_warnings(track.times[kept], states))
-        return replace(found, facts=found.facts | {"rigid": each}, notes=notes)
+    def motion_fields(self, times: Floats, states: Floats) -> MotionFields:
+        """Return the displacement fields of the deformable body, and a report of the motion of the rigid bodies."""
+        found, some = self.static.motion_fields(times, states[:, : self.dofs]), pick_evenly(len(times), MOMENTS)
+        times, rigid = times[some], states[some, self.dofs :].reshape(len(some), -1, 18)
+        each = {name: _report_motion(times, rigid[:, i]) for i, name in enumerate(self.names)}
+        return replace(found, facts={"rigid": each}, notes=self._interpenetration_warnings(times, rigid))
 
     def _interpenetration_warnings(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
         """Return warnings about rigid bodies that pass through each other."""
-        met = () if self.case is None else self.case.contacts
-        touches = {touch.rigid.name: (touch, amplitude_of_rigid(touch)) for touch in met}
+        touches = {touch.rigid.name: (touch, amplitude_of_rigid(touch)) for touch in self.case.contacts}
         if len(touches) < 2:
             return ()
         from softmark.interpreter.models.shared.rigid_interpenetration import interpenetration_warnings
@@ -106,9 +97,9 @@ def _report_motion(times: Floats, states: Floats) -> dict[str, Any]:
     return {name: values.tolist() for name, values in columns.items()}
 
 
-def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigidBodies:
-    """Add the free rigid bodies of a case to a dynamic analysis."""
-    problem, dofs = motion.problem, motion.problem.assembly.dofs
+def add_free_rigid_bodies(motion: DynamicAnalysis) -> DynamicAnalysis:
+    """Add the free rigid bodies of its case to a dynamic analysis."""
+    case, problem, dofs = motion.case, motion.problem, motion.problem.assembly.dofs
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
     made = [_create_free_body(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
     chart, names, known = FreeBodyChart(made), tuple(bodies), problem.assembly
@@ -143,10 +134,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
             chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])
         ),
     )
-    static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
-    return MotionWithRigidBodies(
-        static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs
-    )
+    return replace(motion, static=SolidWithRigidBodies(motion.static, case, chart, names, dofs), problem=fitted)
 
 
 def _create_free_body(touch: RigidBodyContact, first: int) -> FreeRigidBody:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField, fields_on_mesh
 from softmark.interpreter.models.shared.load_setup import nodal_forces_at_rest
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
+    from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
+    from softmark.solvers.dynamics.dynamic_problem import Dynamics
+    from softmark.solvers.dynamics.integrator import Motion
     from softmark.solvers.mesh.shape import Shape
 
 
@@ -25,9 +28,10 @@ class MeshBasedModel:
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
 
-    def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it solves each state from the undeformed body."""
-        return self
+    @property
+    def model_facts(self) -> dict[str, Any]:
+        """Part of the report that describes the model: empty."""
+        return {}
 
     @property
     def points(self) -> Floats:
@@ -41,3 +45,15 @@ class MeshBasedModel:
     def outside(self, X: Floats) -> float:
         """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file; else 0."""
         return float(locate_points(self.mesh, X).outside.max(initial=0.0)) if self.shape.file else 0.0
+
+    def stored_state(self, problem: Dynamics, motion: Motion) -> Floats:
+        """Return the nodal displacements (3 n,), m, of a motion."""
+        return motion.x.copy()
+
+    def motion_fields(self, times: Floats, states: Floats) -> MotionFields:
+        """Return the displacement fields of nodal displacements (t, 3 n), m, at `times` (t,), s."""
+        return fields_on_mesh(self.mesh, times, states.reshape(len(states), -1, 3))
+
+    def mode_field(self, problem: Dynamics, shape: Floats) -> NodalDisplacementField:
+        """Return the displacement field of a vibration mode `shape` (3 n,)."""
+        return NodalDisplacementField(self.mesh, shape.reshape(-1, 3))

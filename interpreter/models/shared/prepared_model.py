@@ -134,8 +134,8 @@ class Solution:
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 
-class Prepared(Protocol):
-    """Interface of a model built for a case and ready to solve; `Meshless` has defaults for a model without a mesh."""
+class BuiltModel(Protocol):
+    """Interface of a model built for a case: its mesh, its loads and the warnings."""
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -166,6 +166,10 @@ class Prepared(Protocol):
     def warm(self) -> None:
         """Compile or load the code that the solution needs, before timing starts."""
 
+
+class Prepared(BuiltModel, Protocol):
+    """Interface of a built model that is ready to solve; `Meshless` has defaults for a model without a mesh."""
+
     def after(self, before: DeformedMesh) -> Prepared:
         """Return the model with the previous state as its start; the model itself if it always starts from rest."""
 
@@ -190,6 +194,11 @@ class Meshless:
     def assembly(self) -> None:
         """Energies in terms of nodal displacements: None."""
         return
+
+    @property
+    def model_facts(self) -> dict[str, Any]:
+        """Part of the report that describes the model: empty."""
+        return {}
 
     def outside(self, X: Floats) -> float:
         """Return 0, because validation has checked the points against the declared shape."""

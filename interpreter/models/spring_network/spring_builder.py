@@ -22,7 +22,6 @@ from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import filled_notes, mesh_facts, sliver_note, volume_note
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_springs
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
-from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, build_solid_dynamics
 from softmark.interpreter.models.shared.support_constraints import solid_supports
 from softmark.interpreter.models.shared.support_selection import support_selection_warnings
 from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, MassSpring, Uniform
@@ -90,14 +89,14 @@ class PreparedSprings(MeshBasedModel):
 
     def solve(self, watch: Watch) -> Solution:
         """Return the static equilibrium, starting from rest or from the previous state."""
-        if isinstance(self.fit, NoFit):
-            return Solution("not_converged", f"its stiffness could not be calibrated: {self.fit.reason}", self.facts)
+        if self.failure:
+            return Solution("not_converged", self.failure, self.model_facts)
         problem = replace(self.problem, watch=watch, start=self.before)
         remedy = "use a smaller load, stiffer springs or another mesh: the network may have collapsed"
         solution = static_result.solve_static(
             lambda: self._find_equilibrium(problem), remedy, self._make_solution, self._describe_free_motion
         )
-        return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
+        return replace(solution, facts=solution.facts | self.model_facts | mesh_facts(self.mesh))
 
     def _find_equilibrium(self, problem: Statics) -> Equilibrium:
         """Return the equilibrium from rest, or from a perturbed start. Raises NotConverged."""
@@ -146,7 +145,12 @@ class PreparedSprings(MeshBasedModel):
         )
 
     @property
-    def facts(self) -> dict[str, Any]:
+    def failure(self) -> str:
+        """Reason why the stiffness could not be fitted; empty if it could."""
+        return f"its stiffness could not be calibrated: {self.fit.reason}" if isinstance(self.fit, NoFit) else ""
+
+    @property
+    def model_facts(self) -> dict[str, Any]:
         """Report of the springs and of the fit of their stiffness."""
         k = self.springs.k
         facts: dict[str, Any] = {"springs": {"count": len(k), "least_N_per_m": float(k.min()),
@@ -167,21 +171,6 @@ def warm_kernels() -> None:
     small = Assembly(6, np.zeros(0, dtype=np.int64), [one], [])
     small.gradient(np.zeros(6), 1.0)
     small.tangent(np.zeros(6), 1.0)
-
-
-@dataclass(frozen=True)
-class SpringNetworkDynamics(PreparedMotion):
-    """Dynamic analysis of a spring network, which reports its springs as the static network does."""
-
-    static: PreparedSprings
-
-    def solve(self, watch: Watch) -> Solution:
-        """Return the solution by time integration from the start to the end of the analysis."""
-        still = self.static
-        if isinstance(still.fit, NoFit):
-            return still.solve(watch)
-        solution = super().solve(watch)
-        return replace(solution, facts=solution.facts | still.facts)
 
 
 def load(model: MassSpring) -> None:
@@ -212,16 +201,13 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildCo
     built = replace(built, disturbance=disturbance_of(case), **known)
     if isinstance(model.stiffness, Calibrated):
         built = _fit_stiffness(built, case, workshop)
-    return _build_dynamics(built, case) if isinstance(case.analysis, Dynamic) else built
+    if built.failure or not isinstance(case.analysis, Dynamic):
+        return built
+    from softmark.interpreter.models.procedures.dynamic_analysis import DynamicAnalysis
+    from softmark.interpreter.models.shared.solid_dynamics import solid_dynamics
 
-
-def _build_dynamics(built: PreparedSprings, case: Case) -> SpringNetworkDynamics:
-    """Build the dynamic analysis of a spring network. Raises Fault."""
-    mesh, declared = built.mesh, built.declared
-    moving = build_solid_dynamics(
-        built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem
-    )
-    return SpringNetworkDynamics(built, declared, moving.analysis, moving.problem, mesh)
+    moving = solid_dynamics(declared, case, mesh, built.problem, built.mass(), built.applied)
+    return DynamicAnalysis(built, declared, case, moving)
 
 
 def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) -> Springs:

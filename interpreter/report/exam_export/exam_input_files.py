@@ -145,7 +145,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     if found := list(theirs.invalid_step_options(case)):
         raise NotTransferable(found)
     prepared: Any = external_builder.build_external_dynamics(theirs, declared, case, workshop)
-    return prepared.asked(), collect_named_parts(prepared.solid, case)
+    return prepared.asked(), collect_named_parts(prepared.static, case)
 
 
 def _inexact_loads(scene: Scene, name: str) -> Iterator[Reason]:

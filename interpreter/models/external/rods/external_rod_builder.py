@@ -11,16 +11,17 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam import beam_builder as beam
 from softmark.interpreter.models.beam.tapered_sections import inertia
 from softmark.interpreter.models.external.external_builder import PreparedExternalDynamics
-from softmark.interpreter.models.external.external_dynamics import motion_of
+from softmark.interpreter.models.external.external_dynamics import motion_of, times_of
 from softmark.interpreter.models.external.external_problem import Answer, ExternalMaterial, NoAnswer, Problem, Section
 from softmark.interpreter.models.external.rods.external_rod_declaration import ExternalRod
+from softmark.interpreter.models.procedures.dynamic_discretization import MotionFields
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_rotation import quaternion, rotation
-from softmark.solvers.energies.rod_state import chain_elements, displacement_at
+from softmark.solvers.energies.rod_state import chain_elements
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.beam.beam_builder import PreparedBeam
@@ -30,13 +31,13 @@ if TYPE_CHECKING:
 class PreparedRod(PreparedExternalDynamics):
     """Dynamic analysis of a rod by an external program.
 
-    `solid` is softmark's own static model of the rod, which provides the nodes, sections and loads.
+    `static` is softmark's own static model of the rod, which provides the nodes, sections and loads.
     """
 
     @property
     def rod(self) -> PreparedBeam:
         """Softmark's own static rod model, which defines the problem that the external program solves."""
-        return cast("PreparedBeam", self.solid)
+        return cast("PreparedBeam", self.static)
 
     def asked(self) -> Problem:
         """Return the problem that the program solves."""
@@ -69,17 +70,11 @@ class PreparedRod(PreparedExternalDynamics):
             raise NoAnswer("its result does not include section rotations")
         return u
 
-    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return the solution fields `course` and `displacement`, with sections rotated as the program computed."""
+    def seen(self, answer: Answer, u: Floats) -> MotionFields:
+        """Return the displacement fields, with sections rotated as the program computed."""
         assert answer.turned is not None
-        rest, points = self.rod.rest, self.rod.points
-        frames = np.concatenate([points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
-
-        def course(X: Floats) -> Floats:
-            """Return the displacements (t, n, 3), m, of material points X (n, 3), m, at all times."""
-            return np.array([displacement_at(x, rest, X) for x in frames])
-
-        return {"course": course, "displacement": lambda X: displacement_at(frames[-1], rest, X)}
+        states = np.concatenate([self.rod.points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
+        return self.rod.motion_fields(times_of(self.motion), states)
 
 
 def load(model: ExternalRod) -> None:

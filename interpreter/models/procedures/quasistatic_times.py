@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.shared.solid_dynamics import amplitude_of
+from softmark.interpreter.models.procedures.case_amplitudes import amplitude_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.amplitude_words import (
     Pulse,

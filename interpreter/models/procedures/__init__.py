@@ -1,0 +1,1 @@
+"""Procedures: analyses in time of a static model of any discretization, and what they report."""
