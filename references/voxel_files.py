@@ -147,11 +147,15 @@ def _find_data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
 
 def _read_nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     nibabel = import_package("nibabel", file.name)
-    with nibabel.imageglobals.LoggingOutputSuppressor():  # corrections of headers are printed otherwise
+    log = nibabel.imageglobals.logger
+    told, log.disabled = log.disabled, True  # corrections of headers are printed otherwise
+    try:
         image: Any = nibabel.load(str(file))
-    length = unit or _unit_length(file.name, [image.header.get_xyzt_units()[0]])
-    affine = length * np.asarray(image.affine, dtype=float)
-    return VoxelVolume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
+        length = unit or _unit_length(file.name, [image.header.get_xyzt_units()[0]])
+        affine = length * np.asarray(image.affine, dtype=float)
+        return VoxelVolume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
+    finally:
+        log.disabled = told
 
 
 def _unit_length(name: str, said: Iterable[str] | None) -> float:
