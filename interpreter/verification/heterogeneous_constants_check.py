@@ -235,7 +235,7 @@ def _is_cube_axis(kind: str, axis: int) -> bool:
 
 
 def integrate_by_boxes(
-    kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats, kinks: Sequence[Floats] = ((),) * 3
+    kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats, kinks: Sequence[Floats] | None = None
 ) -> tuple[Floats, Floats]:
     """Return integrals (4, g) over a reference cell: of functions f (g, n), and of f times each local coordinate.
 
@@ -244,7 +244,7 @@ def integrate_by_boxes(
     along each axis of the unit cube. They are halved until the summed error is at most `close` (g,), and until no value
     at the local points `hints` (n, 3) is outside the range found in its box.
     """
-    edges = [_box_edges(own) for own in kinks]
+    edges = [_box_edges(()) if kinks is None else _box_edges(kinks[axis]) for axis in range(3)]
     if math.prod(len(own) - 1 for own in edges) > VOXELS:
         edges = [_box_edges(())] * 3
     low, size = (
