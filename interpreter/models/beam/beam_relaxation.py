@@ -22,7 +22,7 @@ from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.postprocessing.mesh_stress import StoredStress
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
-from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.shared.quasistatic_times import LoadAndSupportAmplitudes, case_at_full_size
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -67,7 +67,7 @@ class ViscoelasticBeam(Meshless):
     static: PreparedBeam
     case: Case
     memories: BodyHistory
-    timed: AmplitudeSchedule
+    timed: LoadAndSupportAmplitudes
 
     @property
     def size(self) -> dict[str, int]:
@@ -148,7 +148,9 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
-    return ViscoelasticBeam(static, case, memories, AmplitudeSchedule.of(whole, static.applied, owners, problem.target))
+    return ViscoelasticBeam(
+        static, case, memories, LoadAndSupportAmplitudes.of(whole, static.applied, owners, problem.target)
+    )
 
 
 def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:

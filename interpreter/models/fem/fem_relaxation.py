@@ -18,7 +18,7 @@ from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displ
 from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
-from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.shared.quasistatic_times import LoadAndSupportAmplitudes, case_at_full_size
 from softmark.interpreter.models.shared.support_constraints import held_values
 from softmark.interpreter.models.shared.viscoelastic_limits import dissipation_warnings
 from softmark.interpreter.problem.body_case import Case
@@ -74,7 +74,7 @@ class PreparedViscoelastic(MeshBasedModel):
     static: PreparedSolid
     case: Case
     memories: BodyHistory
-    timed: AmplitudeSchedule  # amplitudes of loads and muscles
+    timed: LoadAndSupportAmplitudes  # amplitudes of loads and muscles
     before: StateInTime | None = None
 
     @property
@@ -242,7 +242,10 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = support_of_each_dof(whole, static.mesh, workshop, problem.fixed)
     return PreparedViscoelastic(
-        static, case, memories, AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, problem.target)
+        static,
+        case,
+        memories,
+        LoadAndSupportAmplitudes.of(whole, static.amplitude_scaled_energies, owners, problem.target),
     )
 
 

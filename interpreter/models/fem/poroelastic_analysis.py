@@ -18,7 +18,7 @@ from softmark.interpreter.models.fem.fem_builder import build_static
 from softmark.interpreter.models.fem.fem_relaxation import PreparedViscoelastic, support_of_each_dof
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
-from softmark.interpreter.models.shared.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.shared.quasistatic_times import SAME, LoadAndSupportAmplitudes, case_at_full_size
 from softmark.interpreter.models.shared.support_constraints import SAME as ALIKE
 from softmark.interpreter.models.shared.support_selection import select_support
 from softmark.interpreter.problem.body_case import Case, fault
@@ -169,7 +169,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     static = replace(static, problem=problem)
     drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
                    for d in whole.drains)  # fmt: skip
-    timed = AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, target)
+    timed = LoadAndSupportAmplitudes.of(whole, static.amplitude_scaled_energies, owners, target)
     made = PreparedPoroelastic(static, case, memories, timed, drains=drains)
     return _check_step_size(made, drained)
 

@@ -382,7 +382,7 @@ def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution 
 
 
 def _suggested_step(found: Resolution, analysis: Dynamic) -> str:
-    """Return a rounded time step that resolves the motion, as text; errors are of first or second order in it."""
+    """Return a rounded time step, as text, that resolves the motion, from the error order of the integrator."""
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
     step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
     return units.format_value(float(f"{step:.1g}"), units.TIME)
