@@ -101,9 +101,9 @@ class PartialSlip(ForceTheory):
         return m * (self.most * (2.0 * work - x * drag) + slid)
 
     @property
-    def off(self) -> dict[str, float]:
-        """Relative errors of the force due to the half-space assumption, by name."""
-        return self.pressed.off
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated errors of the force, relative to the force, by name of the neglected effect (see `HalfSpace`)."""
+        return self.pressed.relative_errors
 
     def pressure(self, r: Array) -> Array:
         """Return the contact pressure (n,), Pa, at distances r from the axis (n,), m."""

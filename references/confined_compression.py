@@ -78,7 +78,7 @@ class DrainingLayer:
 
     def end_condition(self, t: float) -> float:
         """Return the displacement of the open end at time t, s, or its stretch if a force is prescribed."""
-        share = self.amount * self.driven.left(0.0, t)
+        share = self.amount * self.driven.hereditary_integral(0.0, t)
         return self.skeleton.stretch(share) if self.force else share
 
 
@@ -258,7 +258,7 @@ class PressedColumn(ConfinedColumn):
     def _total_stress(self, which: int = 1) -> float:
         """Return the total stress of skeleton and fluid, Pa, which is the stress of the skeleton at the open end."""
         if self.force:
-            return self.amount * self.driven.left(0.0, self.now)
+            return self.amount * self.driven.hereditary_integral(0.0, self.now)
         _, J = self._displacements_and_stretches(np.array([self.longest_drainage_path]), which)
         return float(self.skeleton.stress(J)[0])
 

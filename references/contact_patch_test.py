@@ -298,11 +298,13 @@ class DeformedStack:
         return min((self.joint_contact_area(i) for i in open_joints), default=0.0)
 
     @property
-    def off(self) -> dict[str, float]:
-        """Relative errors of the force, by name.
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated errors of the force, relative to the force, by name of the effect that the theory neglects.
 
-        `strain` is the largest strain of a block with Hooke's law. `overhang` is the largest part of a face that
-        overhangs the next block.
+        `strain`: the largest strain of a block with Hooke's law, because terms of second order in the strain are
+        neglected.
+        `overhang`: the largest fraction of a face that the next block does not touch, because stress is taken as
+        uniform.
         """
         known = zip(self.stack.blocks, self.strains, strict=True)
         small = max((abs(along) for block, (along, _) in known if not block.solid.large), default=0.0)

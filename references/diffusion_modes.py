@@ -108,7 +108,9 @@ class ModalResponse:
         """Return the quantities (k,) at time t, s."""
         now = sum(size for at, size in driven.jumps if abs(t - at) <= AT_ONCE * t)
         rest = self.at_once - self.lasting - self.shares.sum(axis=1)
-        found: Array = self.lasting * driven.left(0.0, t) + self.shares @ decayed_amplitude(driven, rates, t)
+        found: Array = self.lasting * driven.hereditary_integral(0.0, t) + self.shares @ decayed_amplitude(
+            driven, rates, t
+        )
         if self.moments is not None:
             found += slope(driven, t) * (self.moments - (self.shares / rates).sum(axis=1))
         return found + now * rest if now else found

@@ -51,17 +51,22 @@ class LayerSeriesSolution(ForceTheory):
         return math.nan
 
     @property
-    def off(self) -> dict[str, float]:
-        """Relative errors of the force: `series` compared with the integral equation, `depth` for a large depth."""
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated errors of the force, relative to the force, by name of the effect that the series neglects.
+
+        `series`: difference of the force from that of the integral equation of the layer. `depth`: depth of the
+        indentation
+        divided by the radius of the sphere, which the theory takes as small.
+        """
         own = self.pressed
         if not own.touches:
             return {"series": 0.0, "depth": 0.0}
-        return {"series": own.layer.push / self.push - 1.0, **own.tip.off(own.depth)}
+        return {"series": own.layer.push / self.push - 1.0, **own.tip.relative_errors(own.depth)}
 
     @property
     def estimated_error(self) -> float:
         """Error of the indentation depth for the given force, m."""
-        return abs(self.off["series"]) * abs(self.pressed.depth) / self.pressed.tip.force_exponent
+        return abs(self.relative_errors["series"]) * abs(self.pressed.depth) / self.pressed.tip.force_exponent
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,7 @@ class FrameMember:
         return found
 
     @cached_property
-    def resists(self) -> Array:
+    def relative_motion_stiffness(self) -> Array:
         """Matrix (12, 6) from the motion of the end relative to the start to nodal forces and moments in space."""
         found: Array = self.relative_motion_matrix.T @ np.linalg.inv(self.flexibility)
         return found
@@ -130,14 +130,14 @@ class FrameMember:
     @cached_property
     def matrix(self) -> Array:
         """Stiffness matrix (12, 12) of the member for the motions of both nodes in space."""
-        found: Array = self.resists @ self.relative_motion_matrix
+        found: Array = self.relative_motion_stiffness @ self.relative_motion_matrix
         return found
 
     @cached_property
     def equivalent_nodal_loads(self) -> Array:
         """Equivalent nodal loads (12,) of the distributed load."""
         begin = np.concatenate([self.turned.T @ self.carried, np.zeros(6)])
-        found: Array = self.resists @ self.end_motion_under_load + begin
+        found: Array = self.relative_motion_stiffness @ self.end_motion_under_load + begin
         return found
 
     def turns(self, first: Array, force: Array) -> Array:
@@ -352,8 +352,8 @@ class FrameSolution:
     d: Array
 
     @cached_property
-    def ends(self) -> list[tuple[Array, Array]]:
-        """Motion of the start, and force and moment on the end (6,), of each member in its axes."""
+    def start_motions_and_end_forces(self) -> list[tuple[Array, Array]]:
+        """Motion of the start node (6,), and force and moment on the end (6,), of each member, in the member's axes."""
         return [self._motion_and_force(member) for member in self.frame.members]
 
     def _motion_and_force(self, member: FrameMember) -> tuple[Array, Array]:
@@ -365,7 +365,10 @@ class FrameSolution:
     @cached_property
     def turns(self) -> list[Array]:
         """Rotations (n, 3), rad, at positions along each member, in its axes."""
-        return [member.turns(*end) for member, end in zip(self.frame.members, self.ends, strict=True)]
+        return [
+            member.turns(*end)
+            for member, end in zip(self.frame.members, self.start_motions_and_end_forces, strict=True)
+        ]
 
     @cached_property
     def nonlinearity_measure(self) -> float:
@@ -381,7 +384,9 @@ class FrameSolution:
         """
         members = zip(self.frame.members, self.turns, strict=True)
         pulled = self.frame.end_forces_by_lengthening([member.compute_lengthening(turns) for member, turns in members])
-        return self.frame.share([force for _, force in self.ends]) + self.frame.share(pulled, loaded=False)
+        return self.frame.share([force for _, force in self.start_motions_and_end_forces]) + self.frame.share(
+            pulled, loaded=False
+        )
 
     @cached_property
     def estimated_error(self) -> float:
@@ -397,7 +402,7 @@ class FrameSolution:
             here, member = which == number, self.frame.members[number]
             local = (points[here] - self.frame.X[member.nodes[0]]) @ member.frame.T
             s = np.clip(local[:, 0], 0.0, member.length)
-            first, force = self.ends[number]
+            first, force = self.start_motions_and_end_forces[number]
             moved = member.moved(s, force[:, None])[..., 0] + member.motions_under_own_load(s)
             moved[:, :3] += first[:3] + np.cross(first[3:], np.outer(s, [1.0, 0.0, 0.0]))
             moved[:, 3:] += first[3:]

@@ -74,8 +74,13 @@ class Tip:
         _check_positive("radius", radius)
         return cls(0, 0.0, radius, rim=rim)
 
-    def off(self, depth: float) -> dict[str, float]:
-        """Return relative errors of the force due to a depth that is not small, and due to rounded edges, by name."""
+    def relative_errors(self, depth: float) -> dict[str, float]:
+        """Return estimated relative errors of the force by name of the neglected effect, for an indentation `depth`, m.
+
+        `depth`: depth divided by the radius of a sphere, which the theory takes as small. `rim`: radius of the rounded
+        edge
+        of a flat punch, relative to that of the punch. `tip`: rounding of the tip of a cone.
+        """
         found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
         if self.rim and self.edge:
             found["rim"] = self.rim / self.edge
@@ -249,12 +254,14 @@ class HalfSpace:
         return Layer(self.tip, self.depth, self.young, self.poisson, around.thickness, around.bonded)
 
     @cached_property
-    def off(self) -> dict[str, float]:
-        """Relative errors of the force due to effects that the theory omits, by name.
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated errors of the force, relative to the force, by name of the effect that the half-space theory
+        neglects.
 
-        `depth` is the effect of a depth that is not small compared with the radius of a sphere, `rim` and `tip` that of
-        rounded edges. `thickness` is computed by the integral equation of a layer. `sides` is estimated from the
-        displacement of a layer at the sides and gives the order of magnitude.
+        `thickness`: finite thickness of the body, from the integral equation of a layer. `sides`: finite width of the
+        body,
+        an order of magnitude from the displacement that a layer has at the sides. `depth`, `rim` and `tip` are those of
+        `Tip.relative_errors`.
         """
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}
@@ -265,7 +272,7 @@ class HalfSpace:
         return {
             "thickness": thickness,
             "sides": -self.tip.force_exponent * beside / self.depth,
-            **self.tip.off(self.depth),
+            **self.tip.relative_errors(self.depth),
         }
 
 

@@ -57,7 +57,12 @@ class Hookean:
 
 
 def _displacement_modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
-    """Return the modes for p = 2, 0, -n and -n - 2: two that are finite at the centre, and two that vanish far away."""
+    """Return the four solutions of Navier's equation under a deviatoric stress, as powers p of the radius r.
+
+    p is 2, 0, -n and -n - 2 in n dimensions, for Poisson's ratio nu. The first two solutions are finite at the centre,
+    and
+    the last two vanish at infinity. F and G of the module docstring are their sums.
+    """
     k = 1.0 - 2.0 * nu
     grown = (2.0 * k + 2.0 + n, -k * (2.0 + n) - 2.0)
     return (
@@ -323,9 +328,10 @@ def _radius_power(r: Array, p: int) -> Array:
 
 
 def _mode_at_radius(mode: Mode, solid: Hookean | None, r: float) -> Array:
-    """Return displacement and traction of a mode with c = 1 at a radius r (4,).
+    """Return displacements and tractions (4,) of a mode with c = 1 at a radius r, in units of the core's radius.
 
-    They are the displacements along S n and (n.S n) n, and the tractions along both, Pa.
+    With the unit normal m of the sphere of radius r and the deviator S, they are the coefficients of the displacements
+    along S m and (m.S m) m, and those of the tractions along both, Pa.
     """
     assert solid is not None
     p, f, g, grown = mode

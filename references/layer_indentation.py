@@ -49,9 +49,9 @@ class LayerContact(ForceTheory):
         return self.layer.pressure(r)
 
     @property
-    def off(self) -> dict[str, float]:
-        """Relative errors of the force: `depth` and `sides`, defined as in `HalfSpace.off`."""
-        return {name: own for name, own in self.pressed.off.items() if name != "thickness"}
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated errors of the force: those of `HalfSpace.relative_errors` except `thickness`."""
+        return {name: own for name, own in self.pressed.relative_errors.items() if name != "thickness"}
 
     @property
     def estimated_error(self) -> float:

@@ -174,10 +174,13 @@ class LineContact:
         return found
 
     @property
-    def off(self) -> dict[str, float]:
-        """Relative errors of the pressure and of the force, by name.
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated relative errors of the theory, by name of the effect that it neglects.
 
-        `pressure` is compared with the integral equation of the strip; `depth` and `sides` are errors of the force.
+        `pressure`: finite thickness of the strip, as the relative difference of the largest pressure from that of its
+        integral equation. `depth`: depth of the indentation divided by the radius of the cylinder. `sides`: finite
+        width of
+        the body, as an order of magnitude of the relative error of the force.
         """
         if self.strip.depth <= 0.0:
             return {"depth": 0.0, "pressure": 0.0, "sides": 0.0}

@@ -1,7 +1,7 @@
 """Measurements after reading: a surface or tracked points, in metres and in the scene's coordinate system.
 
     Unreadable       error of a measurement that cannot be read, with a remedy
-    Frame            axes, unit and origin of a file in the scene
+    FileFrame        axes, unit and origin of a file in the scene
     Residual         distances left after a registration
     MeasuredSurface  triangles over points
     MeasuredPoints   points that were tracked from one state to another

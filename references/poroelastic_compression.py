@@ -188,7 +188,7 @@ class CompressedPorousBody:
     def pull(self) -> float:
         """Present force on the driven plate along the axis, N."""
         if self.force:
-            return self.amount * self.driven.left(0.0, self.now)
+            return self.amount * self.driven.hereditary_integral(0.0, self.now)
         e, mean = self.axial, float(self._mean_volume_strain(np.array([self.half]))[0])
         stress = 2.0 * (2.0 * e - mean) if self.dimension == 1 else 3.0 * e - mean
         return self.area * self.shear * stress

@@ -30,7 +30,7 @@ SOON = 0.3  # largest first panel, relative to the shortest relaxation time
 
 
 @dataclass(frozen=True)
-class AmplitudeSegment:
+class HarmonicAmplitudeSegment:
     """Smooth part of an amplitude between two times, s, with slope Re(a exp(i w (t - begin))), 1/s.
 
     w = 0 gives a straight line.
@@ -41,7 +41,7 @@ class AmplitudeSegment:
     a: complex
     w: float = 0.0
 
-    def left(self, rate: float, t: float) -> float:
+    def hereditary_integral(self, rate: float, t: float) -> float:
         """Return int exp(-rate (t - s)) dc(s) over the part of the segment before time t, s."""
         passed = min(self.end, t) - self.begin
         if passed <= 0.0:
@@ -58,12 +58,12 @@ class Amplitude:
     """Amplitude c(t) of a load or displacement: jumps (time, s, and size), and smooth segments between them."""
 
     jumps: Sequence[tuple[float, float]]
-    swings: Sequence[AmplitudeSegment]
+    swings: Sequence[HarmonicAmplitudeSegment]
 
-    def left(self, rate: float, t: float) -> float:
+    def hereditary_integral(self, rate: float, t: float) -> float:
         """Return int exp(-rate (t - s)) dc(s) up to time t, s, including jumps at t; for rate = 0 it is c(t)."""
         jumped = sum(size * math.exp(-rate * (t - at)) for at, size in self.jumps if at <= t)
-        return jumped + sum(swing.left(rate, t) for swing in self.swings)
+        return jumped + sum(swing.hereditary_integral(rate, t) for swing in self.swings)
 
     def breaks(self, t: float) -> list[float]:
         """Return the times up to t, s, at which the amplitude is not smooth."""
@@ -133,19 +133,24 @@ class RelaxingBar:
     def strain_at(self, t: float) -> float:
         """Return the axial strain at time t, s."""
         if not self.force:
-            return self.amount / self.length * self.driven.left(0.0, t)
+            return self.amount / self.length * self.driven.hereditary_integral(0.0, t)
         r, strain, _ = self._creep_function_terms
-        creep = self.driven.left(0.0, t) / (1.0 - sum(self.g))
-        creep += sum(c * self.driven.left(-p, t) for c, p in zip(strain, r, strict=True))
+        creep = self.driven.hereditary_integral(0.0, t) / (1.0 - sum(self.g))
+        creep += sum(c * self.driven.hereditary_integral(-p, t) for c, p in zip(strain, r, strict=True))
         return self.amount / (self.area * self.young) * float(creep)
 
     def branches_at(self, t: float) -> Array:
         """Return the stress of each branch of the Prony series (k,), Pa, at time t, s."""
         if not self.force:
-            each = [g * self.driven.left(rate, t) for g, rate in zip(self.g, self._relaxation_rates, strict=True)]
+            each = [
+                g * self.driven.hereditary_integral(rate, t)
+                for g, rate in zip(self.g, self._relaxation_rates, strict=True)
+            ]
             return self.young * self.amount / self.length * np.array(each)
         r, _, branches = self._creep_function_terms
-        found: Array = self.amount / self.area * (branches @ np.array([self.driven.left(-p, t) for p in r]))
+        found: Array = (
+            self.amount / self.area * (branches @ np.array([self.driven.hereditary_integral(-p, t) for p in r]))
+        )
         return found
 
     def stress_at(self, t: float) -> float:

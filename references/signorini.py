@@ -87,8 +87,8 @@ class StoppedBar:
         return self.lengthening / self.length
 
     @property
-    def off(self) -> dict[str, float]:
-        """Relative error of the force due to strain that is not small, by name."""
+    def relative_errors(self) -> dict[str, float]:
+        """Estimated relative error of the force: the axial `strain`, since terms of its second order are neglected."""
         return {"strain": abs(self.strain)}
 
     def displacement(self, X: Array) -> Array:

@@ -153,7 +153,7 @@ class Column(ConfinedColumn):
     def pull(self) -> float:
         """Present force on the driven end along the axis, N."""
         if self.force:
-            return self.amount * self.driven.left(0.0, self.now)
+            return self.amount * self.driven.hereditary_integral(0.0, self.now)
         modes = ModalResponse(
             np.ones(1), np.full((1, len(self._wave_numbers)), 2.0), np.zeros(1), np.full(1, self.time / 3.0)
         )

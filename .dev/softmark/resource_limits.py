@@ -38,15 +38,12 @@ def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
     """Limit the memory of this process and the time of this thread while a file is read, one file at a time.
 
     The memory limit is the current use plus 1 GiB and 200 times the size of the file, but at most half of the free
-    memory.
-    `size` in bytes replaces the size of the file, for a series of several files. The limit turns two attacks into a
-    MemoryError: a header that promises more data than the file holds, and a small file that unpacks to a large one.
-    Memory
-    is not limited if the system has no such limits, or already sets a lower one.
+    memory. `size` in bytes replaces the size of the file, for a series of several files. The limit turns two attacks
+    into a MemoryError: a header that promises more data than the file holds, and a small file that unpacks to a large
+    one. Memory is not limited if the system has no such limits, or already sets a lower one.
 
     The time limit is 8 s of processor time plus 2 s for each MB; TooSlow is raised as soon as Python code runs again.
-    Other
-    threads wait until the file is read, so that limits are restored in order.
+    Other threads wait until the file is read, so that limits are restored in order.
     """
     try:
         long = path.stat().st_size if size is None else size
@@ -93,8 +90,7 @@ def _discard_pending_timeout() -> None:
     """Raise a TooSlow that is still pending in this thread, and discard it.
 
     `PyThreadState_SetAsyncExc(thread, NULL)` would also cancel it, but leaves the interpreter's flag of pending work
-    set
-    forever (CPython 3.11). That makes every later function slower and hangs it under a profiler.
+    set forever (CPython 3.11). That makes every later function slower and hangs it under a profiler.
     """
     with suppress(TooSlow):
         for _ in range(TURNS):

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import os
 import stat
-from typing import BinaryIO
 
 TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
 if TYPE_CHECKING:
+    from io import BufferedReader
     from pathlib import Path
 
 LARGEST = 2 << 30  # maximum bytes of a file that is read whole
@@ -26,12 +26,11 @@ class UnsafeFile(OSError):
         super().__init__(None, reason)
 
 
-def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+def open_regular(path: str | os.PathLike[str]) -> BufferedReader:
     """Open a regular file for reading bytes. Raises OSError, and UnsafeFile if it is not a regular file.
 
-    The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and opening
-    some
-    devices has effects.
+    The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and
+    opening some devices has effects.
     """
     return open(path, "rb", opener=descriptor_of)
 

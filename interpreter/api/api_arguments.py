@@ -33,35 +33,46 @@ def raise_bad_argument(name: str, value: object, expected: str) -> NoReturn:
 
 
 def check_count(name: str, value: object, least: int = 1) -> int:
-    """Return the argument `name` if it is a whole number from `least` to 1000. Raises BadArgument."""
+    """Return `value`, the value of the argument `name`, if it is a whole number from `least` to 1000. Raises
+    BadArgument.
+    """
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= MOST:
         raise_bad_argument(name, value, f"a whole number from {least} to {MOST}")
     return int(value)
 
 
 def check_positive(name: str, value: object, unit: str, or_none: bool = False) -> float:
-    """Return the argument `name` if it is a positive finite number, or None if allowed. Raises BadArgument."""
+    """Return `value`, the value of the argument `name`, if it is a positive finite number. Raises BadArgument.
+
+    None is accepted if `or_none`; `unit` is the unit that the error message gives.
+    """
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < math.inf:
         raise_bad_argument(name, value, f"a positive number of {unit}" + (" or None" if or_none else ""))
     return float(value)
 
 
 def check_flag(name: str, value: object) -> bool:
-    """Return the argument `name` if it is True or False. Raises BadArgument."""
+    """Return `value`, the value of the argument `name`, if it is True or False. Raises BadArgument."""
     if not isinstance(value, bool):
         raise_bad_argument(name, value, "True or False")
     return value
 
 
 def check_text(name: str, value: object, what: str) -> str:
-    """Return the argument `name` if it is a string. Raises BadArgument, with `what` as the expected value."""
+    """Return `value`, the value of the argument `name`, if it is a string.
+
+    Raises BadArgument, with `what` as the expected value.
+    """
     if not isinstance(value, str):
         raise_bad_argument(name, value, what)
     return value
 
 
 def check_path(name: str, value: object, what: str) -> Path:
-    """Return the argument `name` as a path, if it is a non-empty one. Raises BadArgument."""
+    """Return `value`, the value of the argument `name`, as a path if it is a non-empty one.
+
+    Raises BadArgument, with `what` as the expected value.
+    """
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str) or "\0" in os.fspath(value):
         raise_bad_argument(name, value, f"{what}, as a string or a path")
     if not os.fspath(value):
@@ -70,9 +81,9 @@ def check_path(name: str, value: object, what: str) -> Path:
 
 
 def check_paths(name: str, value: object) -> tuple[str, ...]:
-    """Return the argument `name`, one or several files or names of installed plugins, as a tuple.
+    """Return `value`, the value of the argument `name`, as a tuple of files or names of installed plugins.
 
-    Raises BadArgument.
+    `value` may be one or several of them. Raises BadArgument.
     """
     wanted = "a file or the name of an installed plugin, or a list of them"
     if isinstance(value, str | os.PathLike):
@@ -83,7 +94,10 @@ def check_paths(name: str, value: object) -> tuple[str, ...]:
 
 
 def check_models(value: object) -> tuple[str, ...]:
-    """Return the argument `models`, one or several names of models, as a tuple. Raises BadArgument."""
+    """Return `value`, the value of the argument `models`, as a tuple of names. Raises BadArgument.
+
+    `value` may be one or several names.
+    """
     wanted = "the name of a model, or a list of names"
     if isinstance(value, str):
         return (value,)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import did_you_mean
 from softmark.grammar.name_suggestions import nearest
-from softmark.interpreter.language.expression_evaluation import Context
+from softmark.interpreter.language.expression_evaluation import SourceErrors
 from softmark.interpreter.language.field_schema import Constructor, Field, article
 from softmark.interpreter.language.foreign_words import find_misspelling
 from softmark.interpreter.language.name_scope import Scope
@@ -13,7 +13,7 @@ from softmark.interpreter.language.scene_sources import Module
 
 
 def find_bare_constructor(
-    scope: Scope, module: Module, field: Field, node: tree.Name, place: Context
+    scope: Scope, module: Module, field: Field, node: tree.Name, place: SourceErrors
 ) -> Constructor | None:
     """Return the constructor that a name without brackets refers to, or None if the scene declares the name.
 

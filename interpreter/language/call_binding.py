@@ -23,7 +23,7 @@ from softmark.interpreter.language import (
 from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.language.condition_syntax import format_condition, read_condition
-from softmark.interpreter.language.expression_evaluation import Context, EvaluationError, Quantity, VectorValue
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Quantity, SourceErrors, VectorValue
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.region_references import KIND, make_region_lookup
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 ORIGINS = 3  # maximum number of parameters shown in a message
 FARTHEST = 1e30  # its sixth power (volume times stiffness) does not overflow
 HOME = "paths are relative to the scene's own folder"
-Bound = tuple[tree.Expression, Context]  # expression and its text
+Bound = tuple[tree.Expression, SourceErrors]  # expression and its text
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Binder:
     full: str
 
     @property
-    def place(self) -> Context:
+    def place(self) -> SourceErrors:
         """Text of the module, and the list that collects its diagnostics."""
         return self.module.place
 
@@ -241,7 +241,7 @@ class Binder:
 
     # ------------------------------------------------------------------ values by form
 
-    def value(self, field: Field, node: tree.Expression, place: Context) -> Any:
+    def value(self, field: Field, node: tree.Expression, place: SourceErrors) -> Any:
         """Return the value of an expression for a field. Raises EvaluationError."""
         if field.varies and (varying := field_parsers.parse_profile(self, field, node, place)) is not None:
             return varying
@@ -250,12 +250,12 @@ class Binder:
         form = "value_object" if field.form == "value" else field.form
         return getattr(self, f"_{form}")(field, node, place)
 
-    def report_wrong_form(self, field: Field, node: tree.Expression, place: Context) -> EvaluationError:
+    def report_wrong_form(self, field: Field, node: tree.Expression, place: SourceErrors) -> EvaluationError:
         """Record an error about a value that is not of the form that its field expects, and return the error."""
         found = evaluation.describe_expression(node)
         return place.error("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
-    def _quantity(self, field: Field, node: tree.Expression, place: Context) -> float:
+    def _quantity(self, field: Field, node: tree.Expression, place: SourceErrors) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
             raise self.report_wrong_form(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
@@ -267,7 +267,7 @@ class Binder:
         self.within(field, node, place, value.value)
         return value.value
 
-    def dimension(self, field: Field, node: tree.Expression, place: Context, value: Quantity | VectorValue) -> None:
+    def dimension(self, field: Field, at: tree.Expression, place: SourceErrors, value: Quantity | VectorValue) -> None:
         """Refuse a value whose dimension differs from that of its field. Raises EvaluationError."""
         due = field.dimension or units.NONE
         if value.dimension == due:
@@ -279,9 +279,9 @@ class Binder:
             hint = f"{field.meaning}, without a unit"
         label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
         problem = f"expected {units.dimension_name(due)}, found {found}"
-        named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
-        help = quotient_warnings.suggest_quotient(node, place.source.text, value.dimension, due, named) or hint
-        raise place.error("E204", node.span, problem, label, help, self._parameter_origins(node))
+        named = self.compiler.scope.parameters.get(self.module.prefix + getattr(at, "text", ""))
+        help = quotient_warnings.suggest_quotient(at, place.source.text, value.dimension, due, named) or hint
+        raise place.error("E204", at.span, problem, label, help, self._parameter_origins(at))
 
     def _parameter_origins(self, node: tree.Expression) -> tuple[SecondaryPlace, ...]:
         """Return the places where the parameters in an expression get their values, for messages."""
@@ -294,7 +294,7 @@ class Binder:
                 found.setdefault(name, SecondaryPlace(at.source, at.span, f"`{name}` gets its value here"))
         return tuple(found.values())
 
-    def within(self, field: Field, node: tree.Expression, place: Context, value: float) -> None:
+    def within(self, field: Field, node: tree.Expression, place: SourceErrors, value: float) -> None:
         """Refuse a number, in SI units, outside the range of its field. Raises EvaluationError."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
             raise place.error(
@@ -319,7 +319,7 @@ class Binder:
             self._parameter_origins(node),
         )
 
-    def _vector(self, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
+    def _vector(self, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[float, ...]:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
@@ -337,7 +337,7 @@ class Binder:
             self.within(field, node, place, component)
         return value.values
 
-    def _integer(self, field: Field, node: tree.Expression, place: Context) -> int:
+    def _integer(self, field: Field, node: tree.Expression, place: SourceErrors) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
             raise self.report_wrong_form(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
@@ -348,7 +348,7 @@ class Binder:
         self.within(field, node, place, q.value)
         return int(q.value)
 
-    def _flag(self, field: Field, node: tree.Expression, place: Context) -> bool:
+    def _flag(self, field: Field, node: tree.Expression, place: SourceErrors) -> bool:
         if isinstance(node, tree.Name) and node.text in ("yes", "no"):
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
@@ -356,7 +356,7 @@ class Binder:
             raise place.error("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", suggest_text(word))
         raise self.report_wrong_form(field, node, place)
 
-    def _choice(self, field: Field, node: tree.Expression, place: Context) -> str:
+    def _choice(self, field: Field, node: tree.Expression, place: SourceErrors) -> str:
         if not isinstance(node, tree.Name | tree.String):
             raise self.report_wrong_form(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
@@ -372,12 +372,12 @@ class Binder:
         hint = did_you_mean(close, more=f" {due}") if close else due
         raise place.error("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
-    def _text(self, field: Field, node: tree.Expression, place: Context) -> str:
+    def _text(self, field: Field, node: tree.Expression, place: SourceErrors) -> str:
         if not isinstance(node, tree.String):
             raise self.report_wrong_form(field, node, place)
         return node.value
 
-    def _file(self, field: Field, node: tree.Expression, place: Context) -> str:
+    def _file(self, field: Field, node: tree.Expression, place: SourceErrors) -> str:
         name = self._text(field, node, place)
         if name.startswith("data:"):
             return self._data_set_name(name, node, place)
@@ -394,7 +394,7 @@ class Binder:
         hint = did_you_mean(meant, f'"{meant}"') if close else HOME
         raise place.error("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
-    def _data_set_name(self, name: str, node: tree.Expression, place: Context) -> str:
+    def _data_set_name(self, name: str, node: tree.Expression, place: SourceErrors) -> str:
         """Return the name of a public data set, which is downloaded when the scene runs. Raises EvaluationError."""
         from softmark.references.data_download import TABLE
 
@@ -405,7 +405,7 @@ class Binder:
         hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
         raise place.error("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
-    def _direction(self, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
+    def _direction(self, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _axis_unit_vector(axis, 1.0)
@@ -420,7 +420,7 @@ class Binder:
                 return self._normalised(field, node, place)
         raise self.report_wrong_form(field, node, place)
 
-    def _normalised(self, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
+    def _normalised(self, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
             found = evaluation.describe_value(value)
@@ -437,13 +437,13 @@ class Binder:
             raise place.error("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
-    def _condition(self, field: Field, node: tree.Expression, place: Context) -> Any:
+    def _condition(self, field: Field, node: tree.Expression, place: SourceErrors) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
         find = self.compiler.resolve_declaration
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
-    def _name(self, field: Field, node: tree.Expression, place: Context) -> str:
+    def _name(self, field: Field, node: tree.Expression, place: SourceErrors) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
             raise place.error("E207", node.span, f"expected {field.expected}, found a text", "a text",
                              suggest_text(node.value, ", without quotes"))  # fmt: skip
@@ -456,12 +456,12 @@ class Binder:
         self.compiler.resolve_declaration(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
-    def _names(self, field: Field, node: tree.Expression, place: Context) -> tuple[str, ...]:
+    def _names(self, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
             raise self.report_wrong_form(field, node, place)
         return tuple(self._name(field, item, place) for item in node.items)
 
-    def _list(self, field: Field, node: tree.Expression, place: Context) -> VectorValue:
+    def _list(self, field: Field, node: tree.Expression, place: SourceErrors) -> VectorValue:
         if not isinstance(node, tree.List):
             raise self.report_wrong_form(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
@@ -471,7 +471,7 @@ class Binder:
             self.within(field, item, place, number)
         return value
 
-    def _value_object(self, field: Field, node: tree.Expression, place: Context) -> Any:
+    def _value_object(self, field: Field, node: tree.Expression, place: SourceErrors) -> Any:
         if field.kind == "element":
             return self._element(field, node, place)
         if isinstance(node, tree.Call):
@@ -481,7 +481,7 @@ class Binder:
             return word.cls() if word else self.compiler.resolve_declaration(node, field.kind, self.module, place).thing
         raise self.report_wrong_form(field, node, place)
 
-    def _element(self, field: Field, node: tree.Expression, place: Context) -> Any:
+    def _element(self, field: Field, node: tree.Expression, place: SourceErrors) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
             raise place.error("E207", node.span, "expected an element, found a text", "a text",

@@ -32,7 +32,7 @@ from softmark.interpreter.language.compiled_scene import (
     SceneError,
 )
 from softmark.interpreter.language.expectation_conditions import Expectations
-from softmark.interpreter.language.expression_evaluation import Context, EvaluationError, describe_expression
+from softmark.interpreter.language.expression_evaluation import EvaluationError, SourceErrors, describe_expression
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.message_limit import BoundedDiagnostics
@@ -77,7 +77,7 @@ def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagn
 def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     diagnostics = BoundedDiagnostics()
     table = known.with_diagnostics(diagnostics)
-    added = [replace(o, place=Context(o.place.source, diagnostics)) for o in more]
+    added = [replace(o, place=SourceErrors(o.place.source, diagnostics)) for o in more]
     varied = tuple(o.text for o in more)
     texts = (*scene.overrides, *varied)
     given = parameter_overrides.read_overrides(scene.overrides, diagnostics) + added
@@ -179,7 +179,7 @@ def _remove_unknown_kinds(table: ModuleTable) -> None:
             del table.symbols[name]
 
 
-def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Context) -> None:
+def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: SourceErrors) -> None:
     kinds = (*vocabulary, *STATEMENTS)
     if (present := renamed_words.KINDS.get(node.kind)) is not None:
         problem = f"`{node.kind}` is not a kind of declaration"
@@ -286,7 +286,7 @@ class Compiler:
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
     def resolve_declaration(
-        self, name: tree.Name, kind: str, module: Module, place: Context, also: tuple[str, ...] = ()
+        self, name: tree.Name, kind: str, module: Module, place: SourceErrors, also: tuple[str, ...] = ()
     ) -> Declared:
         """Return the declaration that a name refers to. Raises EvaluationError.
 
@@ -311,7 +311,7 @@ class Compiler:
             self._report_circular_declaration(full, name, place)
         return self.declaration(full)
 
-    def _report_circular_declaration(self, full: str, name: tree.Name, place: Context) -> None:
+    def _report_circular_declaration(self, full: str, name: tree.Name, place: SourceErrors) -> None:
         members = self._open[self._open.index(full) :]
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:

@@ -180,17 +180,20 @@ Truth = tuple[bool, bool]  # (may be false somewhere, may be true somewhere)
 
 @dataclass(frozen=True)
 class Border:
-    """Surface on which a comparison changes its truth: the zero set of `level`, a difference of two terms."""
+    """Surface on which a comparison of coordinates changes its truth: the points where `level` is zero.
+
+    `level` is the difference of both sides of the comparison, in m^`power`; `power` is 2 for x^2 + y^2 < r^2.
+    """
 
     level: Term  # in m^power
     power: int
 
     def at(self, x: Any, y: Any, z: Any) -> Any:
-        """Return the level at points, m^power, which is zero on the border and has opposite signs on its two sides."""
+        """Return the level, m^power, at points x, y, z, m; its sign differs on the two sides of the border."""
         return self.level.at((x, y, z))
 
     def over(self, low: Point, high: Point) -> Enclosure:
-        """Return bounds of the level over a box, m^power."""
+        """Return lower and upper bounds of the level, m^power, over the box with the corners `low` and `high`, m."""
         x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
         return _as_interval(self.level.at((x, y, z)))
 

@@ -12,10 +12,10 @@ from softmark.grammar.diagnostic import Fix, Remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.expression_evaluation import (
-    Context,
     EvaluationError,
     Evaluator,
     Quantity,
+    SourceErrors,
     Value,
     describe_expression,
     metric_before_at,
@@ -52,7 +52,7 @@ class Expectations:
             raise broken
 
     @property
-    def place(self) -> Context:
+    def place(self) -> SourceErrors:
         """Source text of the scene, to which errors point."""
         return self.module.place
 
@@ -108,7 +108,7 @@ class Expectations:
         timed = any(isinstance(state, TimeState) for state in states)
         if value.dimension != (units.TIME if timed else units.NONE):
             what, due = units.dimension_name(value.dimension), "a time" if timed else "a plain number"
-            known = "a time: `.at(5 s)`" if timed else "a part of the whole: `.at(12.5 %)`"
+            known = "a time: `.at(5 s)`" if timed else "a fraction of the full load: `.at(12.5 %)`"
             raise self.place.error("E204", node.span, f"expected {due}, found {what}", what,
                                   f"give a state by its value, {known}")  # fmt: skip
         own = name.text in self.compiler.table.symbols

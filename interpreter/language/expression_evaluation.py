@@ -47,8 +47,8 @@ V = TypeVar("V", Quantity, VectorValue, Value)
 
 
 @dataclass
-class Context:
-    """Text that is being evaluated, and the list that collects its diagnostics."""
+class SourceErrors:
+    """Text whose expressions are evaluated, and the list to which their diagnostics are added."""
 
     source: Source
     diagnostics: list[Diagnostic]
@@ -87,7 +87,7 @@ At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # (name before `.a
 class Evaluator:
     """Evaluator of expressions in one text; `lookup` resolves names, and raises EvaluationError for unknown ones."""
 
-    place: Context
+    place: SourceErrors
     lookup: Lookup
     vocabulary: Vocabulary
     at: At | None = None  # evaluates `model.metric.at(12.5 %)` in expectations

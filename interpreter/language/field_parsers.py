@@ -17,9 +17,9 @@ from softmark.interpreter.language.compiled_scene import is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.expression_evaluation import (
     COORDINATES,
-    Context,
     EvaluationError,
     Quantity,
+    SourceErrors,
     VectorValue,
     describe_expression,
 )
@@ -30,10 +30,10 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.call_binding import Binder, Bound
 
-Read = Callable[["Binder", Field, tree.Expression, Context], Any]
+Read = Callable[["Binder", Field, tree.Expression, SourceErrors], Any]
 
 
-def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Quantity:
+def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> Quantity:
     """Parse a quantity of any dimension; validation checks the dimension later. Raises EvaluationError."""
     if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
         raise binder.report_wrong_form(field, node, place)
@@ -44,7 +44,7 @@ def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Con
     return value
 
 
-def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Context) -> VectorValue:
+def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> VectorValue:
     """Parse one amount, or a list of amounts of one dimension. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list", dimension=None), node, place)
@@ -55,20 +55,20 @@ def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Co
     return VectorValue((one.value,), one.dimension)
 
 
-def parse_files(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[str, ...]:
+def parse_files(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[str, ...]:
     """Parse one file name or a list of them. Raises EvaluationError."""
     one = replace(field, form="file")
     return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
-def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[str, ...]:
+def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[str, ...]:
     """Parse one text or a list of them. Raises EvaluationError."""
     one = replace(field, form="text")
     return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
 def parse_points(
-    binder: Binder, field: Field, node: tree.Expression, place: Context
+    binder: Binder, field: Field, node: tree.Expression, place: SourceErrors
 ) -> tuple[tuple[float, float], ...]:
     """Parse a list of points of a plane, each with two coordinates. Raises EvaluationError.
 
@@ -80,7 +80,7 @@ def parse_points(
 
 
 def _parse_point(
-    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Context
+    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: SourceErrors
 ) -> tuple[float, float]:
     item = _with_list_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
@@ -96,7 +96,7 @@ def _parse_point(
     return value.values[0], value.values[1]
 
 
-def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Sequence[tree.Expression]:
+def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> Sequence[tree.Expression]:
     """Return the items of a list as expressions, or a single expression as a sequence of one.
 
     The list must not be empty, and must have no unit behind it and no equal items. Raises EvaluationError.
@@ -114,7 +114,9 @@ def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Con
     return node.items
 
 
-def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[tuple[float, ...], ...]:
+def parse_vectors(
+    binder: Binder, field: Field, node: tree.Expression, place: SourceErrors
+) -> tuple[tuple[float, ...], ...]:
     """Parse a list of vectors. Raises EvaluationError.
 
     The unit behind the bracket applies to all components without a unit.
@@ -129,7 +131,7 @@ def _with_list_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expre
     return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
 
 
-def parse_components(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[int, ...]:
+def parse_components(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[int, ...]:
     """Parse one axis or a tuple of axes as their numbers, 0 to 2. Raises EvaluationError."""
     items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
     name = field.name
@@ -146,7 +148,7 @@ def parse_components(binder: Binder, field: Field, node: tree.Expression, place:
 
 
 def parse_integer_pairs(
-    binder: Binder, field: Field, node: tree.Expression, place: Context
+    binder: Binder, field: Field, node: tree.Expression, place: SourceErrors
 ) -> tuple[tuple[int, int], ...]:
     """Parse a list of pairs of whole numbers. Raises EvaluationError."""
     if not isinstance(node, tree.List) or node.unit is not None or not node.items:
@@ -160,7 +162,7 @@ def parse_integer_pairs(
     return tuple(found)
 
 
-def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[float, ...]:
+def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[float, ...]:
     """Parse one quantity, or a list of them. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list"), node, place)
@@ -175,7 +177,7 @@ class DataFieldFinder:
     """Finder of data fields (values read from files) in the expressions of a declaration."""
 
     binder: Binder
-    place: Context
+    place: SourceErrors
 
     def varies_in_space(self, node: tree.Expression) -> bool:
         """Return whether coordinates or data fields occur in an expression."""
@@ -202,7 +204,7 @@ class DataFieldFinder:
         return self.binder.compiler.resolve_declaration(part, "field", self.binder.module, self.place).thing
 
 
-def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Any:
+def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> Any:
     """Parse a constant that varies in space; return None for a constant that does not. Raises EvaluationError."""
     fields = DataFieldFinder(binder, place)
     if not fields.varies_in_space(node):
@@ -214,7 +216,7 @@ def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Co
     return found
 
 
-def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Context) -> Any:
+def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> Any:
     """Parse a fibre direction: a vector, three expressions of the coordinates, or a rule. Raises EvaluationError."""
     declared = DataFieldFinder(binder, place)
     if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.is_name_of_kind(node, "fibres")):

@@ -37,10 +37,11 @@ class ValueBounds:
         return _make_bounds(low, high, self.may | other.may, self.none | other.none)
 
     def partial_function_bounds(self, may: Bools, none: Bools, low: Floats, high: Floats) -> ValueBounds:
-        """Return bounds `low` and `high` (n,) of a function that is undefined also outside its domain.
+        """Return bounds of a function that is defined only on a part of the real line, such as a square root.
 
-        The mask `may` (n,) is true where the value may lie outside the domain, `none` (n,) where it lies outside
-        everywhere in the box.
+        `low` and `high` (n,) bound its values where it is defined. The mask `may` (n,) is true if the argument, bounded
+        by
+        this object, may lie outside the domain in a part of the box, and `none` (n,) if it does so in the whole box.
         """
         return _make_bounds(low, high, self.may | may | none, self.none | none)
 

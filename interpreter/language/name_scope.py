@@ -14,9 +14,9 @@ from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Parameter, ReusableParts
 from softmark.interpreter.language.expression_evaluation import (
     COORDINATES,
-    Context,
     EvaluationError,
     Evaluator,
+    SourceErrors,
     Value,
 )
 from softmark.interpreter.language.field_schema import Vocabulary
@@ -83,12 +83,12 @@ class Scope:
                     waiting.append(name)
         return found
 
-    def evaluator(self, module: Module, place: Context | None = None) -> Evaluator:
+    def evaluator(self, module: Module, place: SourceErrors | None = None) -> Evaluator:
         """Return the evaluator of expressions in a module's text; `place` is the text of an override, if any."""
         where = place or module.place
         return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
 
-    def lookup(self, name: tree.Name, module: Module, place: Context) -> Value:
+    def lookup(self, name: tree.Name, module: Module, place: SourceErrors) -> Value:
         """Return the value of a parameter. Raises EvaluationError."""
         symbol = self.resolve(name, module, place)
         if isinstance(symbol.node, tree.Declare):
@@ -103,7 +103,7 @@ class Scope:
             raise EvaluationError
         return parameter.value
 
-    def resolve(self, name: tree.Name, module: Module, place: Context, kind: str = "") -> Symbol:
+    def resolve(self, name: tree.Name, module: Module, place: SourceErrors, kind: str = "") -> Symbol:
         """Return the symbol that a name refers to; `kind` is the expected kind. Raises EvaluationError."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)

@@ -11,8 +11,8 @@ from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Location, Parameter
 from softmark.interpreter.language.expression_evaluation import (
-    Context,
     EvaluationError,
+    SourceErrors,
     Value,
     describe_value,
     value_components,
@@ -113,7 +113,7 @@ class _ParameterDependency:
 
     full: str
     span: tree.Span
-    place: Context
+    place: SourceErrors
 
 
 def _names_in_expression(expression: tree.Expression) -> list[tree.Name]:
@@ -150,7 +150,7 @@ class _Evaluation:
         location = Location(place.source, node.span)
         return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
-    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: Context) -> None:
+    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: SourceErrors) -> None:
         if new.dimension == value.dimension and len(value_components(new)) == len(value_components(value)):
             return
         found, due = describe_value(new), describe_value(value)
@@ -183,7 +183,7 @@ class _Evaluation:
         return field_schema.Interval(ends[0], ends[1], False, False)
 
     def _check_range(
-        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: Context
+        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: SourceErrors
     ) -> None:
         outside = [v for v in value_components(value) if interval is not None and v not in interval]
         if interval is None or not outside:

@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source, did_you_mean, make_e
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import field_schema
-from softmark.interpreter.language.expression_evaluation import Context
+from softmark.interpreter.language.expression_evaluation import SourceErrors
 from softmark.interpreter.language.scene_sources import ModuleTable
 from softmark.records import dataclass
 
@@ -23,7 +23,7 @@ class Override:
 
     name: str
     node: tree.Expression
-    place: Context
+    place: SourceErrors
     name_span: tree.Span
     written: str = "-p {}=VALUE"
     text: str = ""
@@ -43,7 +43,7 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
     """Parse `NAME=VALUE` as an override; return None, with the error in the list, if it cannot be parsed."""
     text = make_encodable(text)
     shown = Source(f"{option} {text}", text)
-    place = Context(shown, diagnostics)
+    place = SourceErrors(shown, diagnostics)
     name, equals, value = text.partition("=")
     span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
     if not equals or not name.strip():

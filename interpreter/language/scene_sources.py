@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse
 from softmark.grammar.tree import Span
-from softmark.interpreter.language.expression_evaluation import PREDEFINED, Context
+from softmark.interpreter.language.expression_evaluation import PREDEFINED, SourceErrors
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.records import dataclass
 from softmark.safe_files import open_regular
@@ -35,7 +35,7 @@ class Module:
     tree: tree.Tree
     folder: Path
     prefix: str  # "" or "tissue."
-    place: Context
+    place: SourceErrors
     file: Path | None = None
 
 
@@ -69,7 +69,7 @@ class ModuleTable:
 
     def with_diagnostics(self, diagnostics: list[Diagnostic]) -> ModuleTable:
         """Return the parsed texts with a new list of diagnostics, to be compiled again."""
-        modules = {id(m): replace(m, place=Context(m.source, diagnostics)) for m in self.modules}
+        modules = {id(m): replace(m, place=SourceErrors(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
         aliases, broken = dict(self.aliases), set(self.broken)
         return ModuleTable(self.vocabulary, list(modules.values()), symbols, aliases, broken, self.size, self.listed)
@@ -194,7 +194,7 @@ def load_modules(
 ) -> None:
     """Fill in the table with all names of a scene and of the scenes that it uses."""
     if len(source.text) > LARGEST:
-        table.modules.append(Module(source, tree.Tree(()), folder, "", Context(source, diagnostics), file))
+        table.modules.append(Module(source, tree.Tree(()), folder, "", SourceErrors(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
         table.modules[0].place.error(
             "E401", Span(0, 0, 1, 1, 1, 1), problem, help="keep meshes in files of their own: scenes are small texts"
@@ -212,7 +212,7 @@ def _load_module(
     chain: tuple[Path, ...], diagnostics: list[Diagnostic],
 ) -> None:  # fmt: skip
     syntax, problems = parse(source)
-    module = Module(source, syntax, folder, prefix, Context(source, diagnostics), file)
+    module = Module(source, syntax, folder, prefix, SourceErrors(source, diagnostics), file)
     table.modules.append(module)
     table.size += len(source.text)
     diagnostics.extend(problems)

@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import suggest_text
 from softmark.grammar.tree import Expression, Span
 from softmark.interpreter.language import parameter_overrides, units
 from softmark.interpreter.language.compiled_scene import Location
-from softmark.interpreter.language.expression_evaluation import Context, EvaluationError
+from softmark.interpreter.language.expression_evaluation import EvaluationError, SourceErrors
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.records import dataclass
 
@@ -40,7 +40,7 @@ class Variant:
 
 
 def read_sweep_target(
-    binder: Binder, field: Field, node: tree.Expression, place: Context, written: str = ""
+    binder: Binder, field: Field, node: tree.Expression, place: SourceErrors, written: str = ""
 ) -> SweepTarget:
     """Parse the target of a sweep; `written` is how the user writes the study, for messages. Raises EvaluationError."""
     if not isinstance(node, tree.Name):
@@ -56,7 +56,9 @@ def read_sweep_target(
     return SweepTarget(full, node.span)
 
 
-def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[SweepTarget, ...]:
+def read_sweep_targets(
+    binder: Binder, field: Field, node: tree.Expression, place: SourceErrors
+) -> tuple[SweepTarget, ...]:
     """Parse the parameters that a robustness study varies. Raises EvaluationError after checking all of them."""
     if not isinstance(node, tree.List) or node.unit is not None:
         help = (
@@ -74,14 +76,16 @@ def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, plac
     return tuple(t for t in found if t is not None)
 
 
-def _read_robustness_target(binder: Binder, field: Field, item: tree.Expression, place: Context) -> SweepTarget | None:
+def _read_robustness_target(
+    binder: Binder, field: Field, item: tree.Expression, place: SourceErrors
+) -> SweepTarget | None:
     try:
         return read_sweep_target(binder, field, item, place, "robustness(over = [{}])")
     except EvaluationError:
         return None
 
 
-def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Context) -> tuple[Variant, ...]:
+def read_variants(binder: Binder, field: Field, node: tree.Expression, place: SourceErrors) -> tuple[Variant, ...]:
     """Parse the values of a sweep; the unit behind the bracket is added to each. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         help = f"write `[{source_layout.format_on_one_line(node)}, ...]`"
@@ -103,14 +107,14 @@ def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Co
     return known[1]
 
 
-def _read_sweep_value(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Context) -> Variant:
+def _read_sweep_value(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: SourceErrors) -> Variant:
     whole = item
     if unit is not None and _is_number_without_unit(binder, item, place):
         whole = with_unit(item, unit)
     return Variant(source_layout.format_on_one_line(whole), whole, Location(place.source, item.span))
 
 
-def _is_number_without_unit(binder: Binder, item: tree.Expression, place: Context) -> bool:
+def _is_number_without_unit(binder: Binder, item: tree.Expression, place: SourceErrors) -> bool:
     """Return whether a value in a list with a unit is a number without a unit of its own.
 
     Raises EvaluationError if it is not a number.

@@ -117,11 +117,12 @@ class CurveError(CurveMetric):
         return self.moved(x, y, other - y, reference)
 
     def moved(self, x: Floats, y: Floats, off: Floats, reference: Curve) -> float:
-        """Return a bound of the change of the statistic if the curve y (n,) moves by `off` (n,).
+        """Return a bound of the change of the statistic if the curve y (n,) over x (n,) changes by `off` (n,).
 
-        `off` is linear between its points. By the triangle inequality the bound is the same statistic of `off`,
-        relative to the reference. For `unexplained`, int e^2 with e = y - r, it is int (2 |e d| + d^2), d being `off`,
-        with int |e d| bounded by the product of both norms. Raises Undefined.
+        `off` is linear between the points. By the triangle inequality, the bound is the statistic of `off`, relative to
+        the
+        reference r. The statistic `unexplained` integrates the square of e = y - r: its integral changes by at most
+        2 |e| |off| + |off|^2, where |f| is the root of the integral of f^2. Raises Undefined.
         """
         if len(x) == 1:
             return float(np.abs(off[0])) / _nonzero_divisor(abs(float(np.interp(x[0], reference.x, reference.y))))

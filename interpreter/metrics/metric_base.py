@@ -44,7 +44,7 @@ class Metric:
         return False
 
     @property
-    def looked_at(self) -> str | None:
+    def probe_name(self) -> str | None:
         """Name of the metric's probe; None for a metric of forces, energies or computing time."""
         return vars(self).get("probe")
 
@@ -58,14 +58,14 @@ class Metric:
 
     def body_in(self, scene: Scene) -> str | None:
         """Return the name of the body that the metric evaluates; None for all bodies."""
-        if (name := self.looked_at or self.subject_name) is None:
+        if (name := self.probe_name or self.subject_name) is None:
             return None
         declared = scene.declared[name]
         return name if declared.kind == "body" else vars(declared.thing).get("body")
 
     def probe_in(self, scene: Scene) -> str | None:
         """Return the name of the probe of the metric, or of the metric that it evaluates; None without a probe."""
-        return self.looked_at
+        return self.probe_name
 
     @property
     def measured_from(self) -> str | None:
@@ -136,13 +136,17 @@ class ForceMetric(Metric):
         if self.measured_from is None:
             course = self.course(seen.at_rest)
             details = self.details(own) | ({} if course is None else self._extreme_over_time(course))
-            off = None if seen.at_rest is None or seen.at_rest.off is None else seen.at_rest.off * abs(self._along(own))
+            off = (
+                None
+                if seen.at_rest is None or seen.at_rest.relative_error is None
+                else seen.at_rest.relative_error * abs(self._along(own))
+            )
             return Measurement(self._along(own), details, uncertainty=off, curve=course)
         rest = None if seen.known is None else seen.known.at_rest
         right = self._reference_amount(rest)
         if (size := self.size(right)) == 0.0:
             raise Undefined(f"the value of `{self.measured_from}` is zero, so there is no relative error")
-        off = None if rest is None else rest.off
+        off = None if rest is None else rest.relative_error
         return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
     def _reference_amount(self, rest: EquilibriumForces | None) -> Floats:

@@ -199,7 +199,7 @@ def measure_metric(thing: Metric, seen: MetricInput) -> Measurement:
 
 def collect_metric_input(thing: Metric, view: View, views: Mapping[str, View]) -> MetricInput:
     """Return the input of a metric: results, probe points and reference data. Raises Undefined if some are missing."""
-    nothing, name = np.zeros((0, 3)), thing.looked_at
+    nothing, name = np.zeros((0, 3)), thing.probe_name
     own = ProbeResult(nothing, nothing)
     if name is not None:
         if name not in view.probes:

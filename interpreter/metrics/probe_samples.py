@@ -78,7 +78,7 @@ class ProbePlace:
             return ProbeSamples(domain.points, domain.weights / domain.weights.sum())
         return ProbeSamples(self.X, mean_weights(self.X, self.weights, self.triangles))
 
-    def looked_at(self, over: Over) -> Floats:
+    def evaluation_points(self, over: Over) -> Floats:
         """Return the points of the probe (n, 3), m; for a largest value also points on the border of its domain."""
         if over == "mean" or self.domain is None or self.domain.border is None:
             return self.X

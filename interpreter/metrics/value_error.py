@@ -38,7 +38,7 @@ class ErrorOfValue(DerivedMetric):
 
     def probe_in(self, scene: Scene) -> str | None:
         """Return the name of the probe of the metric `of`, whose value is compared."""
-        probe: str | None = scene.declared[self.of].thing.looked_at
+        probe: str | None = scene.declared[self.of].thing.probe_name
         return probe
 
     def size(self, given: KnownValue, found: float | None = None) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.metrics.contact import ContactMetric
-from softmark.interpreter.results.run_report import SurfaceField
+from softmark.interpreter.results.run_report import RequestedSurfaceValues
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -34,7 +34,7 @@ def _group_contact_metrics(scene: Scene) -> dict[tuple[str, str], list[Declared]
     return found
 
 
-def contact_fields(scene: Scene, view: View, X: Floats) -> Iterator[SurfaceField]:
+def contact_fields(scene: Scene, view: View, X: Floats) -> Iterator[RequestedSurfaceValues]:
     """Yield the contact fields of a model's body at points X (n, 3) of its surface; zero where there is no contact."""
     own = {*(touch.name for touch in view.case.contacts), *(pair.name for pair in view.case.pairs)}
     touches = {} if view.at_rest is None else view.at_rest.touches
@@ -42,7 +42,7 @@ def contact_fields(scene: Scene, view: View, X: Floats) -> Iterator[SurfaceField
         if contact not in own:
             continue
         words, unit = WORDS[number]
-        known = SurfaceField(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
+        known = RequestedSurfaceValues(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
         field: Any = touches[contact].field if contact in touches else None  # values at nodes of the model
         if field is None or number not in field.at_nodes:
             yield replace(known, reason=f"the contact `{contact}` has no surface field in this model")

@@ -21,7 +21,7 @@ from softmark.interpreter.results.run_report import (
     ReferenceResult,
     Report,
     ReportWarning,
-    SurfaceField,
+    RequestedSurfaceValues,
 )
 from softmark.interpreter.results.state_results import format_state, join_states
 from softmark.interpreter.verification.expectation_results import judge
@@ -112,7 +112,7 @@ def _add_rigid_bodies(view: View, shape: DrawnSurface) -> DrawnSurface:
 
 def _add_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface:
     """Return the drawn surface of a model with the stress and contact fields that the scene asks for."""
-    view, found = work.views[name], list[SurfaceField]()
+    view, found = work.views[name], list[RequestedSurfaceValues]()
     X = work.surfaces[view.body].X
     if asks_for_stress(work.scene):
         from softmark.interpreter.pipeline.stress_surface_fields import stress_fields
@@ -125,7 +125,7 @@ def _add_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface:
     return replace(shape, carried=_limit_fields(found)) if found else shape
 
 
-def _limit_fields(found: Sequence[SurfaceField]) -> tuple[SurfaceField, ...]:
+def _limit_fields(found: Sequence[RequestedSurfaceValues]) -> tuple[RequestedSurfaceValues, ...]:
     """Return the first MOST fields that have values, because a page stores each field at every surface point."""
     return *found[:MOST], *(replace(n, values=None, reason=n.reason or FULL) for n in found[MOST:])
 

@@ -13,7 +13,7 @@ from softmark.interpreter.metrics.tensor_metrics import TensorMetric, stress_fie
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.results.run_report import SurfaceField
+from softmark.interpreter.results.run_report import RequestedSurfaceValues
 from softmark.interpreter.verification.stress_singularities import singular_stress
 from softmark.interpreter.verification.stress_warnings import APART
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, ...]:
+def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[RequestedSurfaceValues, ...]:
     """Return the fields that the metrics of a model's body ask for, at points X (n, 3), m, of its surface."""
     asked = _group_tensor_metrics(work, view.body)
     if not asked:
@@ -57,8 +57,8 @@ def _group_tensor_metrics(work: StateRun, body: str) -> list[list[Declared]]:
     return list(found.values())
 
 
-def _make_surface_field(metrics: list[Declared], values: Floats | None, reason: str | None) -> SurfaceField:
+def _make_surface_field(metrics: list[Declared], values: Floats | None, reason: str | None) -> RequestedSurfaceValues:
     thing: Mapping[str, Any] = vars(metrics[0].thing)
     words = f"{metrics[0].constructor.name} {thing['component']}"
     words += f", {thing['measure_']}" if "measure_" in thing else ""
-    return SurfaceField(words, metrics[0].thing.natural, tuple(m.name for m in metrics), values, reason)
+    return RequestedSurfaceValues(words, metrics[0].thing.natural, tuple(m.name for m in metrics), values, reason)

@@ -61,7 +61,7 @@ def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = 
         quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
     mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
     return ResolvedStudy(
-        name, metric.name, metric.thing.against, metric.thing.looked_at or "", thing.within, thing.until,
+        name, metric.name, metric.thing.against, metric.thing.probe_name or "", thing.within, thing.until,
         _studied_models(scene, metric, only or thing.models or ()), quantities, mapped,
     )  # fmt: skip
 
@@ -70,7 +70,7 @@ def find_judging_metrics(scene: Scene) -> Iterator[str]:
     """Yield the metrics that can judge a model: relative errors for which the error of the reference is known."""
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
-        relative = thing.measured_from and (thing.looked_at or thing.subject_name) and thing.unit == "1"
+        relative = thing.measured_from and (thing.probe_name or thing.subject_name) and thing.unit == "1"
         if relative and _is_reference_error_known(scene, metric):
             yield metric.name
 

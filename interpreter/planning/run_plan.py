@@ -92,7 +92,7 @@ def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
 
 def _bodies_of_question(scene: Scene, question: Declared) -> tuple[str, ...]:
     """Return the body of a probe or metric; all bodies for a metric such as computing time, which has none."""
-    if question.kind == "metric" and question.thing.looked_at is None:
+    if question.kind == "metric" and question.thing.probe_name is None:
         own = question.thing.body_in(scene)
         return tuple(scene.of_kind("body")) if own is None else (own,)
     probe = question if question.kind == "probe" else scene.declared[question.thing.probe]
@@ -156,7 +156,7 @@ def _make_evaluation_tasks(scene: Scene, models: tuple[str, ...], references: tu
             )
         )
     for metric in scene.of_kind("metric").values():
-        over, against = metric.thing.looked_at, metric.thing.measured_from
+        over, against = metric.thing.probe_name, metric.thing.measured_from
         compared = (f" against {against}" if against else "") + (f" over {over}" if over else "")
         detail = f"{metric.constructor.name}{compared}"
         needs = tuple(str(name) for name in (over, against) if name)

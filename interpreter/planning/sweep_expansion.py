@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.language.expression_evaluation import Context, Quantity
+from softmark.interpreter.language.expression_evaluation import Quantity, SourceErrors
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.language.sweep_values import Variant
 from softmark.interpreter.vocabulary.study_words import Sweep
@@ -13,7 +13,7 @@ from softmark.interpreter.vocabulary.study_words import Sweep
 
 def override_of(sweep: Sweep, variant: Variant) -> Override:
     """Return the override that sets the swept parameter or field to one value of the sweep."""
-    place = Context(variant.at.source, [])
+    place = SourceErrors(variant.at.source, [])
     return Override(sweep.target.name, variant.node, place, sweep.target.span, written="sweep({}, over = [...])",
                     text=f"{sweep.target.name}={variant.text}")  # fmt: skip
 

@@ -179,7 +179,7 @@ class EquilibriumForces:
     dissipated: float = 0.0  # heat dissipated by viscoelasticity since the start, J
     fluid: Fluid | None = None  # fluid of a porous body
     touches: Mapping[str, ContactNumbers] = field(default_factory=dict)  # contact results by name
-    off: float | None = None  # relative modelling error of a theory's forces
+    relative_error: float | None = None  # relative modelling error of a theory's forces
     followed: ContactHistory | None = None  # of a dynamic analysis
 
     def knows(self, name: str | None) -> bool:

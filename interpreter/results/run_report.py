@@ -96,7 +96,7 @@ class ProbeResult:
 
 
 @dataclass(frozen=True)
-class SurfaceField:
+class RequestedSurfaceValues:
     """Scalar field of stress, strain or contact on a model's drawn surface, requested by a metric.
 
     `values` (n,) in `unit` are the values at the surface points at the last time, or None with the `reason`. `size` is
@@ -156,7 +156,7 @@ class DrawnSurface:
     frames: NDArray[np.float64] | None = None
     error: NDArray[np.float64] | None = None
     measured_from: str | None = None
-    carried: tuple[SurfaceField, ...] = ()
+    carried: tuple[RequestedSurfaceValues, ...] = ()
     labels: tuple[str, ...] = ()  # true if frames are states, not times; `times` then numbers them
     instruments: tuple[DrawnRigidBody, ...] = ()
 

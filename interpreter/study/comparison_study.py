@@ -132,7 +132,7 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
         tasks = {c.key: c.task for c in configurations if c.reason is None}
         request.say("journal", journal.remark)
         _check_resume_option(journal, tasks, request)
-        done = _Progress(journal, frozenset(tasks))
+        done = _SavedTasks(journal, frozenset(tasks))
         request.saying(done.words)
         try:
             outcomes = _compute_outcomes(tasks, request, done)
@@ -174,8 +174,8 @@ def _check_resume_option(journal: Journal, tasks: Mapping[str, PointTask], reque
 
 
 @dataclass
-class _Progress:
-    """Progress of a comparison: its journal, and the keys of all its tasks."""
+class _SavedTasks:
+    """Tasks of a comparison, by key, and the journal that saves each one when it is finished."""
 
     journal: Journal
     keys: frozenset[str]  # number of all tasks
@@ -186,7 +186,7 @@ class _Progress:
         return len(self.keys & self.journal.on_disk(ACCURACY))
 
     def words(self) -> str:
-        """Return a sentence on the saved tasks, shown after an interruption."""
+        """Return a sentence for an interrupted user: the number of saved tasks, and how to continue with `--resume`."""
         kept = f"{self.count} of {len(self.keys)} tasks are saved in {self.journal.path}"
         return f"{kept}; continue with the same command and `--resume`"
 
@@ -195,7 +195,7 @@ class _Progress:
 
 
 def _compute_outcomes(
-    tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Progress
+    tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _SavedTasks
 ) -> dict[str, PointOutcome]:
     """Return the outcomes of all tasks by key, read from the journal or computed now."""
     journal = done.journal

@@ -275,7 +275,7 @@ def _reason_without_value(metric: Declared, scene: Scene) -> str:
         return ""
     if isinstance(thing, DerivedMetric):  # known if the metric `of` is
         return _reason_without_value(scene.declared[thing.of], scene)
-    probe = scene.declared.get(thing.looked_at or "")
+    probe = scene.declared.get(thing.probe_name or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
         return "" if seen else "which is probed only at points and along lines"

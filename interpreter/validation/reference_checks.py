@@ -71,7 +71,10 @@ def data_kind_of(reference: Declared) -> Known:
 
 
 def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of metrics that have no value, and of probes and supports that need tracked points."""
+    """Yield errors of metrics that cannot be evaluated.
+
+    Also yield errors of probes and supports that follow tracked points if their reference has none.
+    """
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
         yield from _check_tracked_points(scene, declared)
     for metric in scene.of_kind("metric").values():
@@ -79,7 +82,7 @@ def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
             _probe_refusal(scene, metric)
             or _time_refusal(scene, metric)
             or _reference_data_refusal(scene, metric)
-            or _tensor_metric_refusal(scene, metric)
+            or _unavailable_stress_refusal(scene, metric)
         )
         if refusal is not None:
             yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
@@ -102,7 +105,7 @@ def _check_tracked_points(scene: Scene, declared: Declared) -> Iterator[Diagnost
 
 def _probe_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a surface metric without a surface probe, or a strain metric without a volume probe."""
-    name = metric.thing.looked_at
+    name = metric.thing.probe_name
     if name is None:
         return None
     probe, word = scene.declared[name], metric.constructor.name
@@ -135,8 +138,13 @@ def _nearest_projection_hint(metric: Declared) -> str:
     return ", or use `along = nearest`" if normal else ""
 
 
-def _tensor_metric_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Return the refusal of a stress metric whose model has no stress, or of an invalid component, or None."""
+def _unavailable_stress_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
+    """Return the refusal of a stress or strain metric that no model or reference can evaluate, or None.
+
+    The reason is that no model of the scene has stress, that the reference has none, or that the stress measure does
+    not
+    have the component.
+    """
     thing = metric.thing
     if not isinstance(thing, TensorMetric):
         return None

@@ -155,9 +155,10 @@ def force_excess(touch: ContactNumbers) -> float | None:
 
 
 def least_error(seen: ProbeResultUnderTest) -> float | None:
-    """Return the least error of a contact area or pressure that contradicts the contact force, in its unit, or None.
+    """Return a lower bound of the error of a contact area or pressure, in its unit, from the contact force.
 
-    Raises NoErrorEstimate if the error is larger than the value.
+    The force cannot exceed the contact area times the largest pressure; the error is at least the excess. None if there
+    is no excess. Raises NoErrorEstimate if the bound is larger than the value.
     """
     from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
     from softmark.interpreter.metrics.pressure_along import PressureAlong

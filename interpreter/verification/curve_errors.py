@@ -70,7 +70,7 @@ class CurveUnderTest(ProbeResultUnderTest):
 def history_answer(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveUnderTest | None:
     """Return the history of a model that a metric compares with a measured curve; None if there is no such history."""
     of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
-    probe = view.probes.get(of.looked_at or "")
+    probe = view.probes.get(of.probe_name or "")
     if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
         return None
     reference = Curve(data.x, data.y, data.u)

@@ -438,7 +438,7 @@ def _requested_results(
             if asked and view.vibrations is not None and metric.thing.body_in(scene) == view.body:
                 found[name] = frequency_of_view(metric.thing, view)
             continue
-        probe = metric.thing.looked_at
+        probe = metric.thing.probe_name
         if probe in result.probes:
             right = views.get(metric.thing.measured_from or "")
             seen = _result_under_test(result.probes[probe], metric.thing, view)

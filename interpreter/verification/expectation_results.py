@@ -12,10 +12,10 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Expectation, Scene
 from softmark.interpreter.language.expectation_conditions import find_metrics, find_stateless_metrics, is_satisfied
 from softmark.interpreter.language.expression_evaluation import (
-    Context,
     EvaluationError,
     Evaluator,
     Quantity,
+    SourceErrors,
     Value,
 )
 from softmark.interpreter.language.scene_states import find_state_indices
@@ -63,7 +63,7 @@ def _needs_all_states(scene: Scene, metric: str) -> bool:
 
 def _evaluate_condition(expectation: Expectation, known: _KnownValues) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
-    place = Context(expectation.location.source, [])
+    place = SourceErrors(expectation.location.source, [])
     evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)
     try:
         passed = is_satisfied(expectation.node, evaluator)

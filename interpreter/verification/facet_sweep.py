@@ -316,7 +316,13 @@ class FacetSweep:
         return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
 
     def _selected_intervals(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
-        """Return the selected intervals of the lines a (l,) of facets f: the line, begin and end of each interval."""
+        """Return the intervals of sweep lines that the condition selects: index of the line, begin and end of each
+        interval.
+
+        Line i lies on facet f[i], at the local coordinate a[i]; f and a are (l,). Begin and end are positions along the
+        line,
+        from 0 to 1.
+        """
         n, t = len(f), np.linspace(0.0, 1.0, ASKED)
         grid = np.broadcast_to(t, (n, ASKED))
         levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)

@@ -158,7 +158,7 @@ def _time_step_errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricErr
     for name, metric in metrics.items():
         if metric.thing.body_in(scene) not in (None, view.body):
             continue
-        probe = view.probes.get(metric.thing.looked_at or "")
+        probe = view.probes.get(metric.thing.probe_name or "")
         if (probe is not None or metric.thing.subject_name) and (
             found := time_step_error_of(view, metric.thing, probe)
         ) is not None:

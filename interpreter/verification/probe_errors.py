@@ -260,7 +260,7 @@ class ProbeResultUnderTest:
     @property
     def place(self) -> ProbePlace:
         """Probe of the metric: its points, triangles, weights and domain."""
-        name, view = "" if self.metric is None else self.metric.looked_at or "", self.view
+        name, view = "" if self.metric is None else self.metric.probe_name or "", self.view
         weights, domain = (None, None) if view is None else (view.weights.get(name), view.domains.get(name))
         return ProbePlace(self.X, None if self.probe is None else self.probe.triangles, weights, domain)
 
@@ -286,7 +286,12 @@ class ProbeResultUnderTest:
         return float(np.linalg.norm(other.u - self.u)) / size
 
     def _statistic_change_bound(self, other: ProbeResultUnderTest) -> float:
-        """Return a bound of how much a statistic of distances changes, m, by the triangle inequality."""
+        """Return a bound of the difference, m, between the metric of this solution and that of the solution `other`.
+
+        The metric is a statistic of distances to a reference. By the triangle inequality the difference is at most the
+        same
+        statistic of the distances between the two solutions.
+        """
         apart = other.u - self.u
         if self.metric is not None and self.metric.last:
             along = self.metric.direction
@@ -307,11 +312,11 @@ class ProbeResultUnderTest:
         view, probe, metric = self.view, self.probe, self.metric
         if view is None or probe is None or metric is None:
             raise NoErrorEstimate(NO_ERROR)
-        weights = view.weights.get(metric.looked_at or "")
+        weights = view.weights.get(metric.probe_name or "")
         looked = Looked(
             view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field,
             history=other.history, stress=other.stress, at_rest=other.at_rest,
-            domain=view.domains.get(metric.looked_at or ""),
+            domain=view.domains.get(metric.probe_name or ""),
         )  # fmt: skip
         try:
             return measure_metric(metric, looked).value

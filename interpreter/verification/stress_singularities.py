@@ -63,7 +63,7 @@ def converged_mesh_error(answer: SolutionUnderTest, seen: ProbeResultUnderTest, 
     """
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
-    if place := singular_stress(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
+    if place := singular_stress(metric, answer.case, answer.prepared.mesh, seen.place.evaluation_points(metric.over)):
         raise NoErrorEstimate(f"the metric is evaluated at {place}, where the stress grows with every mesh refinement")
     found = verifier.discretisation(answer, seen)
     if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and verifier.is_singular(answer, seen)):

@@ -41,18 +41,18 @@ def stress_warnings(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagn
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, TensorMetric)]
     found = [d for metric in asked for d in _metric_warnings(metric, view, prepared, scene.declared[view.name].thing)]
     if any(load.thing.action.points for load in view.case.loads):
-        found += _point_force_warnings(scene, view, prepared)
+        found += _unbounded_displacement_warnings(scene, view, prepared)
     if view.case.contacts:
-        found += _sharp_edge_warnings(scene, view)
+        found += _singular_pressure_warnings(scene, view)
     return tuple(found)
 
 
-def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
+def _singular_pressure_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
     """Yield warnings about contact pressures at sharp edges and tips."""
     from softmark.interpreter.verification.contact_singularities import singular_pressure
 
     for metric in scene.of_kind("metric").values():
-        seen = view.probes.get(metric.thing.looked_at or "")
+        seen = view.probes.get(metric.thing.probe_name or "")
         if place := singular_pressure(
             metric.thing, view.case, view.at_rest, np.zeros((0, 3)) if seen is None else seen.points
         ):
@@ -66,12 +66,12 @@ def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
             )
 
 
-def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+def _unbounded_displacement_warnings(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
     """Yield warnings about displacements of a solid under a point or line force."""
     from softmark.interpreter.verification.stress_singularities import load_of_unbounded_displacement, place_of
 
     for metric in scene.of_kind("metric").values():
-        seen = view.probes.get(metric.thing.looked_at or "")
+        seen = view.probes.get(metric.thing.probe_name or "")
         if not isinstance(metric.thing, DisplacementMetric) or metric.thing.statistic_name != "max" or seen is None:
             continue
         last = slice(-1 if metric.thing.last else 0, None)
@@ -196,7 +196,7 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
             yield from _beam_end_warnings(metric, view, thing)
         return
     place = singular_stress(
-        metric.thing, view.case, prepared.mesh, place_of_metric(metric.thing, view).looked_at(metric.thing.over)
+        metric.thing, view.case, prepared.mesh, place_of_metric(metric.thing, view).evaluation_points(metric.thing.over)
     )
     if place and view.stress is not None:
         yield diagnostic(

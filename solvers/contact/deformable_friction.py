@@ -50,12 +50,14 @@ class FrictionHistory:
 
 @dataclass(frozen=True)
 class TangentialCoupling:
-    """Samples in contact in one state, and the linear map from displacements to their slip.
+    """Surface samples in contact in one state, and the linear map from displacements to their slip.
 
-    `which` (m,) are the numbers of the samples, `N` (m,), N, their normal forces, and `n` (m, d) the normals of their
-    own surface. `faces` (m,) are the nearest faces, at distances `far` (m,), m. The slip (m d,), m, is `start` + `W` x
-    for displacements x (dofs,); the transpose of W maps tangential forces to nodes. `spring` (m,), N/m, is the stick
-    stiffness of each sample.
+    m samples are in contact. `which` (m,) are their indices, `N` (m,), N, the normal forces on them, and `n` (m, d) the
+    normals of the surface on which they lie. `faces` (m,) are the faces of the other surface that are nearest to them,
+    and `far` (m,), m, the distances to these faces. `spring` (m,), N/m, is the stick stiffness of each sample. In a
+    state
+    with displacements x (dofs,), the slips (m d,), m, are `start` + `W` x. The transpose of `W` maps friction forces on
+    the samples to nodal forces.
     """
 
     which: Ints

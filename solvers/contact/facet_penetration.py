@@ -357,25 +357,31 @@ def _make_added_points(
     contact: RigidContact,
     facets: SearchedFacets,
     parts: FacetParts,
-    places: tuple[Floats, Floats],
-    c: Floats,
-    n: Floats,
+    coordinates_and_steps: tuple[Floats, Floats],
+    plane_points: Floats,
+    plane_normals: Floats,
 ) -> AddedContactPoints:
-    """Return added contact points at the given coordinates of regions, in front of planes through c with normals n.
+    """Return added contact points at given surface coordinates, each kept in front of a plane.
 
-    `places` has the coordinates t (k, m) and the last steps (k, 2, 2); c and n are (k, 3). Points at the border of
+    `coordinates_and_steps` has the coordinates t (k, m) in the regions `parts`, and their last two changes (k, 2, 2).
+    The planes go through `plane_points` (k, 3), m, with the normals `plane_normals` (k, 3). Points at the border of
     their region are left out.
     """
     body: Any = contact.body
-    t, ways = places
+    t, ways = coordinates_and_steps
     own, N = RigidMotion() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
     N = np.where(np.abs(N) > SAME, N, 0.0)
     points = SurfacePoints(
         facets.of[parts.facet], N, np.einsum("ka,kai->ki", N, facets.X[parts.facet]), facets.A[parts.facet]
     )
-    at = own.back(c)
+    at = own.back(plane_points)
     found = AddedContactPoints(
-        points, parts.which, np.pad(t, ((0, 0), (0, 2 - parts.m))), ways, at, own.back(c + n) - at
+        points,
+        parts.which,
+        np.pad(t, ((0, 0), (0, 2 - parts.m))),
+        ways,
+        at,
+        own.back(plane_points + plane_normals) - at,
     )
     return found.select_points(np.flatnonzero(parts.has(t[:, None] + parts.neighbour_offsets).all(axis=1)))
 

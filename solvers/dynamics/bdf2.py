@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepStart
 from softmark.solvers.dynamics.load_amplitudes import constant_step_load
-from softmark.solvers.dynamics.trapezoidal_rule import trapezoidal_stage
+from softmark.solvers.dynamics.trapezoidal_rule import trapezoidal_step_formula
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
@@ -38,7 +38,7 @@ class BDF2:
         now, before = past.now, past.before
         impact = system.forces.impact
         if before is None:
-            return system.solve(trapezoidal_stage(system, now, step))
+            return system.solve(trapezoidal_step_formula(system, now, step))
         if impact is not None and impact.contact_changed(before, now):
             return ImplicitEuler().advance(system, past, step)
         ratio = step / (now.time - before.time)
@@ -52,5 +52,5 @@ class BDF2:
         # difference formula of the impulse since the start: a free body gets the right velocity for any amplitude
         mean, last = system.forces.mean(now.time, now.time + step), system.forces.mean(before.time, now.time)
         load = constant_step_load(mean + ratio / (1.0 + ratio) * (mean - last))
-        end = system.solve(Stage(now, step, load, c0**2, c0, coast, speed))
+        end = system.solve(ImplicitStepFormula(now, step, load, c0**2, c0, coast, speed))
         return replace(end, given=(c2 / c0, 1.0 / (c0 * step)))

@@ -86,9 +86,11 @@ def _resultant_with_magnitudes(push: Floats, arms: tuple[Floats, ...]) -> tuple[
 
 
 def average_over_steps(steps: Floats, values: Floats) -> Floats:
-    """Return means over the two steps that meet at each time, from means over single steps, `values` (n + 1, ...).
+    """Return values at the n + 1 times, each the average of the steps before and after it, weighted by their lengths.
 
-    `steps` (n,) are the step lengths, s; the first value, at time 0, belongs to no step.
+    `values` (n + 1, ...) are means over single steps: entry i belongs to the step that ends at time i, and entry 0 is
+    not
+    used. `steps` (n,), s, are the lengths of the steps. The last time gets the value of the time before it.
     """
     if not len(steps):
         return values

@@ -6,7 +6,7 @@ import numpy as np
 
 from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Rayleigh
-from softmark.solvers.dynamics.integrator import Motion, Stage
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion
 from softmark.solvers.energies.energy import DampedEnergy, Floats
 
 
@@ -54,7 +54,7 @@ class Damping:
         if beta and self.length:
             self._towing = self._multiply_stiffness(self.direction)
 
-    def predict_matrix(self, stage: Stage) -> None:
+    def predict_matrix(self, stage: ImplicitStepFormula) -> None:
         """Compute the damping matrix C of a step, from a prediction of its end state.
 
         If the prediction is outside the domain of the law, C is that of the start of the step.
@@ -64,7 +64,7 @@ class Damping:
         if not np.all(np.isfinite(self.data)):
             self.compute_matrix(start.x)
 
-    def update(self, stage: Stage, motion: Motion) -> float:
+    def update(self, stage: ImplicitStepFormula, motion: Motion) -> float:
         """Compute the damping matrix C at the end of a step, and return the change of the damping force, N."""
         v = stage.damping_velocity(motion.x, motion.v)
         before = self.force(v)

@@ -11,8 +11,8 @@ from softmark.solvers.dynamics.critical_time_step import CriticalStepTracker
 from softmark.solvers.dynamics.damping import Damping
 from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import DirectStepSolver, Dynamics, StepLinearSolver
-from softmark.solvers.dynamics.implicit_newton import StageNewton, StepOutcome
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepFailed
+from softmark.solvers.dynamics.implicit_newton import ImplicitStepNewton, StepOutcome
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepFailed
 from softmark.solvers.dynamics.lagged_tangent import LaggedTangentSolver, allows_lagged_tangent
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
@@ -43,7 +43,7 @@ class DynamicSystem:
         self.forces = DynamicForces(problem)
         self.damping = Damping(self.forces, problem.damping, problem.direction)
         self.linear: StepLinearSolver = problem.linear or _make_linear_solver(self.forces)
-        self.newton = StageNewton(self)
+        self.newton = ImplicitStepNewton(self)
         self.lagged = self._make_lagged_solver() if problem.lagged and not problem.integrator.explicit else None
         self.outcome = StepOutcome()  # of the last step; an explicit one has nothing to solve
         self.longest = np.inf  # s, longest stable step of an explicit integrator in the present state
@@ -201,7 +201,7 @@ class DynamicSystem:
 
     # ------------------------------------------------------------------ implicit steps
 
-    def solve(self, stage: Stage) -> Motion:
+    def solve(self, stage: ImplicitStepFormula) -> Motion:
         """Return the motion at the end of an implicit step. Raises StepFailed.
 
         The damping matrix is that of the state to which the damping velocity belongs.
@@ -215,7 +215,7 @@ class DynamicSystem:
             self.damping.compute_matrix(0.5 * (stage.start.x + motion.x))
         return motion
 
-    def _solve_with_updated_damping(self, stage: Stage) -> Motion:
+    def _solve_with_updated_damping(self, stage: ImplicitStepFormula) -> Motion:
         """Return the end of a step with the damping matrix of its own end state. Raises StepFailed."""
         self.damping.predict_matrix(stage)
         enough = DRAG * self.problem.tolerance
@@ -229,7 +229,7 @@ class DynamicSystem:
             raise StepFailed("the iteration between the damping matrix and the state does not converge")
         return motion
 
-    def _solve_with_present_damping(self, stage: Stage) -> Motion:
+    def _solve_with_present_damping(self, stage: ImplicitStepFormula) -> Motion:
         """Return the end of an implicit step with the present damping matrix. Raises StepFailed."""
         found = self.lagged.solve(stage) if self.lagged else None
         motion, self.outcome = found or self.newton.solve(stage)

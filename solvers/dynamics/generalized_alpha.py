@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
 from softmark.solvers.dynamics.integrator import Motion, StepStart
-from softmark.solvers.dynamics.newmark import newmark_stage
+from softmark.solvers.dynamics.newmark import newmark_step_formula
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
@@ -39,4 +39,4 @@ class GeneralizedAlpha:
         now = past.now
         # accelerations refer to a time (alpha_m - alpha_f) h later than states
         load = system.forces.step_load(now.time, now.time + step, ahead=alpha_m - alpha_f)
-        return system.solve(newmark_stage(system, now, step, load, beta, gamma, alpha_m, alpha_f))
+        return system.solve(newmark_step_formula(system, now, step, load, beta, gamma, alpha_m, alpha_f))

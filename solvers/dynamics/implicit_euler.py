@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepStart
 from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 
 if TYPE_CHECKING:
@@ -33,4 +33,6 @@ class ImplicitEuler:
         """Return the motion after one step: a1 = (x1 - x0 - h v0) / h^2, v1 = (x1 - x0) / h."""
         now = past.now
         load = constant_step_load(system.forces.mean(now.time, now.time + step))
-        return system.solve(Stage(now, step, load, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v, secant=True))
+        return system.solve(
+            ImplicitStepFormula(now, step, load, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v, secant=True)
+        )

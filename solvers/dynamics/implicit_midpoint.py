@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepStart
 from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 
 if TYPE_CHECKING:
@@ -34,5 +34,5 @@ class Midpoint:
         now = past.now
         coast = now.x + step * now.v
         load = constant_step_load(system.forces.mean(now.time, now.time + step))
-        stage = Stage(now, step, load, 2.0 / step**2, 2.0 / step, coast, now.v, alpha_f=0.5, between=True)
+        stage = ImplicitStepFormula(now, step, load, 2.0 / step**2, 2.0 / step, coast, now.v, alpha_f=0.5, between=True)
         return system.solve(stage)

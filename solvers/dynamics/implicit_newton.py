@@ -22,7 +22,7 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.dynamics.dynamic_forces import EnergyGradients
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepFailed
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepFailed
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular
 
@@ -62,7 +62,7 @@ class StepOutcome:
     lagged: bool = False  # solved with one lagged tangent, not by Newton's method
 
 
-class StageNewton:
+class ImplicitStepNewton:
     """Newton solver of implicit steps; it stores all iterations and the force scale of the last accepted step."""
 
     def __init__(self, system: DynamicSystem) -> None:
@@ -71,14 +71,14 @@ class StageNewton:
         self.scale = 0.0
         self.way = 2, 0.0  # index of the best prediction when all were tried, and its relative residual
 
-    def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
+    def solve(self, stage: ImplicitStepFormula) -> tuple[Motion, StepOutcome]:
         """Return the motion at the end of the step. Raises StepFailed."""
-        balance = StageEquations(self.system, stage)
+        balance = ImplicitStepEquations(self.system, stage)
         trial, outcome = self._solve_friction(balance) if balance.has_friction else self._solve_by_newton(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
-    def _solve_friction(self, balance: StageEquations) -> tuple[StageTrial, StepOutcome]:
+    def _solve_friction(self, balance: ImplicitStepEquations) -> tuple[TrialStepEnd, StepOutcome]:
         """Return the solution of a step with friction at its own pressures.
 
         Raises StepFailed if the pressures do not converge.
@@ -97,7 +97,9 @@ class StageNewton:
             known = touches.lagged(x)
         raise StepFailed(f"the friction iteration does not converge; its residual is {residual:.1e}")
 
-    def _solve_by_newton(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
+    def _solve_by_newton(
+        self, balance: ImplicitStepEquations, x: Floats | None = None
+    ) -> tuple[TrialStepEnd, StepOutcome]:
         """Return the solution of the equations of a step by Newton's method from x. Raises StepFailed."""
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
@@ -126,10 +128,10 @@ class StageNewton:
 
 
 @dataclass(frozen=True)
-class StageTrial:
+class TrialStepEnd:
     """Trial state at the end of a step, whose residual and energies are computed on request."""
 
-    balance: StageEquations
+    balance: ImplicitStepEquations
     x: Floats
     v: Floats
     a: Floats
@@ -137,7 +139,7 @@ class StageTrial:
     drag: Floats
 
     @property
-    def linear_forces(self) -> Floats:
+    def inertia_damping_and_past_forces(self) -> Floats:
         """Forces that are linear in x (dofs,), N: inertia, damping, and weighted forces at the start of the step."""
         return self.inertia + self.drag + self.balance.past
 
@@ -173,9 +175,9 @@ class StageTrial:
     @cached_property
     def r(self) -> Floats:
         """Residual force (free,), N."""
-        r: Floats = (self.linear_forces + self.balance.weight * self.force.total + self.contact_gradient)[
-            self.balance.forces.free
-        ]
+        r: Floats = (
+            self.inertia_damping_and_past_forces + self.balance.weight * self.force.total + self.contact_gradient
+        )[self.balance.forces.free]
         return r
 
     @cached_property
@@ -197,10 +199,10 @@ def norm(f: Floats) -> float:
     return math.sqrt(f @ f)
 
 
-class StageEquations:
+class ImplicitStepEquations:
     """Equations of one implicit step: residual, incremental potential, Newton steps."""
 
-    def __init__(self, system: DynamicSystem, stage: Stage) -> None:
+    def __init__(self, system: DynamicSystem, stage: ImplicitStepFormula) -> None:
         self.system, self.stage, self.forces = system, stage, system.forces
         start = stage.start
         self.share = 1.0 - stage.alpha_f
@@ -221,13 +223,13 @@ class StageEquations:
         """True if some contact has friction whose pressures are unknown."""
         return self.touches is not None and self.touches.has_friction
 
-    def with_friction_of(self, touches: ContactsAtTime, tolerance: float) -> StageEquations:
+    def with_friction_of(self, touches: ContactsAtTime, tolerance: float) -> ImplicitStepEquations:
         """Return the equations with the friction of the contacts `touches`, solved to a relative `tolerance`."""
         other = copy(self)
         other.touches, other.tolerance = touches, tolerance
         return other
 
-    def trial(self, x: Floats) -> StageTrial:
+    def trial(self, x: Floats) -> TrialStepEnd:
         """Return the trial with the end state x, and its velocity and acceleration."""
         stage, system, fixed = self.stage, self.system, self.forces.fixed
         way = x - stage.coast
@@ -238,9 +240,9 @@ class StageEquations:
         if (turning := system.problem.turning) is not None:
             inertia += turning.inertia(stage, x, v)
         drag = system.damping.force(stage.damping_velocity(x, v))
-        return StageTrial(self, x, v, a, inertia, drag)
+        return TrialStepEnd(self, x, v, a, inertia, drag)
 
-    def motion(self, trial: StageTrial) -> Motion:
+    def motion(self, trial: TrialStepEnd) -> Motion:
         """Return the motion at the end of the step."""
         a, v, (more_a, more_v) = trial.a, trial.v, self.stage.beyond
         if self.touches is not None and (more_a or more_v):
@@ -265,7 +267,7 @@ class StageEquations:
         """Return the state in which forces are evaluated, for the end state x."""
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
-    def has_converged(self, trial: StageTrial, scale: float, before: float) -> bool:
+    def has_converged(self, trial: TrialStepEnd, scale: float, before: float) -> bool:
         """Return whether a trial meets the tolerance, or its residual is rounding error and no longer decreases.
 
         `scale`, N, is the force scale, and `before`, N, the residual of the last iteration.
@@ -274,7 +276,7 @@ class StageEquations:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding_error(trial))
 
-    def is_rounding_error(self, trial: StageTrial) -> bool:
+    def is_rounding_error(self, trial: TrialStepEnd) -> bool:
         """Return whether the residual is only the rounding error of states, as in a body without forces."""
         free = self.forces.free
         known = np.abs(trial.x) + np.abs(self.stage.coast)
@@ -286,14 +288,14 @@ class StageEquations:
         known = self.forces.rounding(x)
         return known if self.touches is None else known + self.stage.touch * self.touches.rounding(x)
 
-    def _inertia_rounding_error(self, trial: StageTrial) -> float:
+    def _inertia_rounding_error(self, trial: TrialStepEnd) -> float:
         """Return the norm of the inertia error due to rounding of x, N."""
         lost = self.forces.M @ (np.abs(trial.x) + np.abs(self.stage.coast))
         return EPS * abs(1.0 - self.stage.alpha_m) * self.stage.A * float(np.linalg.norm(lost))
 
     # ------------------------------------------------------------------ start
 
-    def start(self) -> StageTrial:
+    def start(self) -> TrialStepEnd:
         """Return the best of three predictions: unchanged position, constant velocity, constant acceleration.
 
         The prediction follows moving supports. With a cap on iterations it is the unchanged position, as in codes that
@@ -309,7 +311,7 @@ class StageEquations:
         speeding = coasting + 0.5 * h**2 * now.a
         coasting[fixed] = speeding[fixed] = stay[fixed]
         ways = [stay, *(self._limit_before_collision(stay, x) for x in (coasting, speeding))]
-        trials: list[StageTrial | None] = [None] * len(ways)
+        trials: list[TrialStepEnd | None] = [None] * len(ways)
         if self.touches is None:  # trials are slow for a small body: try the last best prediction first
             way, left = self.system.newton.way
             trials[way] = known = self.trial(ways[way])
@@ -336,7 +338,7 @@ class StageEquations:
         length = self.reach(stay, x - stay)
         return x if length == 1.0 else stay + length * (x - stay)
 
-    def _response_to_supports(self, moved: Floats) -> StageTrial:
+    def _response_to_supports(self, moved: Floats) -> TrialStepEnd:
         """Return the trial of the linear response to the support motion in the step.
 
         `moved` (dofs,) is the state at the start of the step with the supports at their final positions. Raises
@@ -358,7 +360,7 @@ class StageEquations:
 
     # ------------------------------------------------------------------ iteration
 
-    def next_trial(self, trial: StageTrial, scale: float, cycles: bool) -> tuple[StageTrial, float]:
+    def next_trial(self, trial: TrialStepEnd, scale: float, cycles: bool) -> tuple[TrialStepEnd, float]:
         """Return the next trial and the accepted fraction of the Newton step. Raises StepFailed.
 
         If Newton's method `cycles`, a step has to decrease the residual; the energy differences are rounding errors.
@@ -377,7 +379,7 @@ class StageEquations:
                     return found
         raise StepFailed(reason)
 
-    def _direction(self, trial: StageTrial, r: Floats, tolerance: float, projected: bool) -> Floats:
+    def _direction(self, trial: TrialStepEnd, r: Floats, tolerance: float, projected: bool) -> Floats:
         """Return the direction -J^-1 r (free,) for residual forces r (free,) with Jacobian J. Raises StepFailed."""
         J = self._jacobian(trial.x, projected)
         try:
@@ -407,7 +409,7 @@ class StageEquations:
             else self.touches.with_deformable_stiffness(x, J, self.forces.free, stage.touch, projected)
         )
 
-    def _line_search(self, trial: StageTrial, d: Floats, cycles: bool) -> tuple[StageTrial, float] | None:
+    def _line_search(self, trial: TrialStepEnd, d: Floats, cycles: bool) -> tuple[TrialStepEnd, float] | None:
         """Return the trial after a fraction of a step d that lowers the potential enough, and the fraction.
 
         The full step is tried first, then fractions (Armijo 1966). Returns None if no fraction lowers it enough.
@@ -424,7 +426,7 @@ class StageEquations:
             length *= 0.5
         return None
 
-    def _is_enough_lower(self, trial: StageTrial, there: StageTrial, slope: float, cycles: bool) -> bool:
+    def _is_enough_lower(self, trial: TrialStepEnd, there: TrialStepEnd, slope: float, cycles: bool) -> bool:
         """Return whether the trial `there` is enough lower than `trial`, for a directional derivative `slope`."""
         if self.forces.conservative and not cycles:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
@@ -435,12 +437,12 @@ class StageEquations:
         """Return the fraction of an increment d (dofs,), at most 1, up to which deformable surfaces do not collide."""
         return 1.0 if self.touches is None else self.touches.limit(x, d)
 
-    def potential_increase(self, here: StageTrial, there: StageTrial) -> float:
+    def potential_increase(self, here: TrialStepEnd, there: TrialStepEnd) -> float:
         """Return the increase of the incremental potential from `here` to `there`, J."""
         free = self.forces.free
         step = (there.x - here.x)[free]
         quadratic = 0.5 * float(
-            step @ (here.linear_forces + there.linear_forces)[free]
+            step @ (here.inertia_damping_and_past_forces + there.inertia_damping_and_past_forces)[free]
         )  # exact: its gradient is linear
         weight = 1.0 / self.share if self.stage.between else self.share
         rise = quadratic + weight * (there.potential - here.potential)

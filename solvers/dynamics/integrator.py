@@ -42,7 +42,7 @@ class StepStart:
 
 
 @dataclass(frozen=True)
-class Stage:
+class ImplicitStepFormula:
     """Equations of an implicit step of `step` seconds under `load` from `start`, for its unknown end x.
 
     At the end of the step a = A (x - coast) and v = speed + B (x - coast), with `coast` the state that the body would

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, TypeGuard
 import numpy as np
 
 from softmark.solvers.dynamics.dynamic_forces import DynamicForces, EnergyGradients
-from softmark.solvers.dynamics.implicit_newton import StageEquations, StageTrial, StepOutcome
-from softmark.solvers.dynamics.integrator import Motion, Stage
+from softmark.solvers.dynamics.implicit_newton import ImplicitStepEquations, StepOutcome, TrialStepEnd
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion
 from softmark.solvers.energies.energy import Energy, Floats, LaggedTangentEnergy
 
 if TYPE_CHECKING:
@@ -69,13 +69,13 @@ class LaggedTangentSolver:
         assert have_lagged_tangents(internal)
         return internal
 
-    def solve(self, stage: Stage) -> tuple[Motion, StepOutcome] | None:
+    def solve(self, stage: ImplicitStepFormula) -> tuple[Motion, StepOutcome] | None:
         """Return the end of the step; None if Newton's method must solve it."""
         self._record_accepted_state(stage)
         if self._rest:
             self._rest -= 1
             return None
-        balance = LaggedStageEquations(self, stage, self._extrapolate_traces())
+        balance = LaggedStepEquations(self, stage, self._extrapolate_traces())
         found = self._solve_by_chord_iteration(balance, self._predict_end(stage, balance.end))
         if found is None or not self.system.problem.sound(found[0].x):
             self._count_failure()
@@ -94,7 +94,7 @@ class LaggedTangentSolver:
 
     # ------------------------------------------------------------------ preceding states
 
-    def _record_accepted_state(self, stage: Stage) -> None:
+    def _record_accepted_state(self, stage: ImplicitStepFormula) -> None:
         """Record the start of a step as the last accepted state."""
         start = stage.start
         if self.states.latest is start.x:
@@ -121,7 +121,7 @@ class LaggedTangentSolver:
         last = self._traces[0]
         return 2.0 * last - self._traces[1] if len(self._traces) > 1 else last
 
-    def _predict_end(self, stage: Stage, end: float) -> Floats:
+    def _predict_end(self, stage: ImplicitStepFormula, end: float) -> Floats:
         """Return the extrapolated end of the step; with too few equal steps before it, for constant velocity."""
         now = stage.start
         x = self.states.next(stage.step)
@@ -135,8 +135,8 @@ class LaggedTangentSolver:
     # ------------------------------------------------------------------ iteration
 
     def _solve_by_chord_iteration(
-        self, balance: LaggedStageEquations, x: Floats
-    ) -> tuple[StageTrial, StepOutcome] | None:
+        self, balance: LaggedStepEquations, x: Floats
+    ) -> tuple[TrialStepEnd, StepOutcome] | None:
         """Return the solution of a step by accelerated chord iterations from x; None if they do not converge."""
         from softmark.solvers.sparse.sparse_cholesky import Indefinite
 
@@ -165,10 +165,10 @@ class LaggedTangentSolver:
         return None
 
 
-class LaggedStageEquations(StageEquations):
+class LaggedStepEquations(ImplicitStepEquations):
     """Equations of a step whose first force evaluation also computes the lagged tangent."""
 
-    def __init__(self, lagged: LaggedTangentSolver, stage: Stage, traces: Floats) -> None:
+    def __init__(self, lagged: LaggedTangentSolver, stage: ImplicitStepFormula, traces: Floats) -> None:
         super().__init__(lagged.system, stage)
         self.lagged, self.traces, self.now = lagged, traces, np.empty_like(traces)
         self._fresh = True

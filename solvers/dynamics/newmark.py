@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
-from softmark.solvers.dynamics.trapezoidal_rule import trapezoidal_stage
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepStart
+from softmark.solvers.dynamics.trapezoidal_rule import trapezoidal_step_formula
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
@@ -40,12 +40,12 @@ class Newmark:
         Average acceleration uses the trapezoidal rule, whose damping never adds energy.
         """
         if (self.beta, self.gamma) == (0.25, 0.5):
-            return system.solve(trapezoidal_stage(system, past.now, step))
+            return system.solve(trapezoidal_step_formula(system, past.now, step))
         load = system.forces.step_load(past.now.time, past.now.time + step, self.gamma)
-        return system.solve(newmark_stage(system, past.now, step, load, self.beta, self.gamma))
+        return system.solve(newmark_step_formula(system, past.now, step, load, self.beta, self.gamma))
 
 
-def newmark_stage(
+def newmark_step_formula(
     system: DynamicSystem,
     before: Motion,
     h: float,
@@ -54,15 +54,15 @@ def newmark_stage(
     gamma: float,
     alpha_m: float = 0.0,
     alpha_f: float = 0.0,
-) -> Stage:
-    """Return the stage equations of Newmark's formulas: a1 = (x1 - coast) / (beta h^2), v1 as in `Stage`."""
+) -> ImplicitStepFormula:
+    """Return the formula of a Newmark step: a1 = (x1 - coast) / (beta h^2), and v1 as in `ImplicitStepFormula`."""
     now = system.with_load_factors(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a
     # contact acceleration enters x by h^2/2 and v by h, but not `a`, from which the next step starts;
     # velocities of nodes in contact alternate in sign, and damping by their weighted mean would add energy
     half, rest = 0.5 / beta, h * (1.0 - 0.5 * gamma / beta)
-    return Stage(
+    return ImplicitStepFormula(
         now,
         h,
         load,

@@ -23,7 +23,7 @@ from typing import Protocol
 
 import numpy as np
 
-from softmark.solvers.dynamics.integrator import Stage, StepStart
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, StepStart
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.incremental_rotation import moving_rod_kernels
 
@@ -66,7 +66,7 @@ class RotationalInertia:
         moving_rod_kernels.add_gyroscopic_moments(self.where, v, self.J, 1.0, found)
         return found
 
-    def inertia(self, stage: Stage, x: Floats, v: Floats) -> Floats:
+    def inertia(self, stage: ImplicitStepFormula, x: Floats, v: Floats) -> Floats:
         """Return the inertia terms (dofs,), N m, of a step in addition to M a, for an end x with velocity v."""
         found = np.zeros(len(x))
         if stage.between:
@@ -79,7 +79,7 @@ class RotationalInertia:
             moving_rod_kernels.add_gyroscopic_moments(self.where, stage.start.v, self.J, stage.alpha_f, found)
         return found
 
-    def tangent(self, stage: Stage, x: Floats, v: Floats) -> Floats:
+    def tangent(self, stage: ImplicitStepFormula, x: Floats, v: Floats) -> Floats:
         """Return the derivative (n, 3, 3) of `inertia` by the unknowns at the end of the step."""
         found = np.empty((len(self.J), 3, 3))
         if stage.between:

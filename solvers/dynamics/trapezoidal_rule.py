@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.integrator import ImplicitStepFormula, Motion, StepStart
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_system import DynamicSystem
@@ -30,10 +30,10 @@ class Trapezoidal:
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
         """Return the motion after one step of average acceleration."""
-        return system.solve(trapezoidal_stage(system, past.now, step))
+        return system.solve(trapezoidal_step_formula(system, past.now, step))
 
 
-def trapezoidal_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
+def trapezoidal_step_formula(system: DynamicSystem, now: Motion, h: float) -> ImplicitStepFormula:
     """Return the stage equations M (v1 - v0) / h + C (v0 + v1) / 2 + (f0 + f1) / 2 = 0.
 
     They are Newmark's formulas for beta = 1/4 and gamma = 1/2 with the acceleration of the start inserted. The energy
@@ -41,4 +41,4 @@ def trapezoidal_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
     """
     load = system.forces.step_load(now.time, now.time + h)
     coast = now.x + h * now.v
-    return Stage(now, h, load, 2.0 / h**2, 2.0 / h, coast, now.v, alpha_f=0.5)
+    return ImplicitStepFormula(now, h, load, 2.0 / h**2, 2.0 / h, coast, now.v, alpha_f=0.5)

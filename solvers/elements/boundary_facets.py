@@ -201,7 +201,7 @@ class Quad8(Quadrilateral):
 
         The rule is exact for a shape function times the area vector of the deformed facet.
         """
-        return quadratic_shape_functions.gauss_rule(2)
+        return quadratic_shape_functions.three_point_tensor_gauss_rule(2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
@@ -237,7 +237,7 @@ class Quad9(Quadrilateral):
 
         The rule is exact for a shape function times the area vector of the deformed facet.
         """
-        return quadratic_shape_functions.gauss_rule(2)
+        return quadratic_shape_functions.three_point_tensor_gauss_rule(2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:

@@ -43,9 +43,9 @@ class QuadraticHexahedron(Hexahedron):
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
         """Return points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
-        return quadratic_shape_functions.gauss_rule(3)
+        return quadratic_shape_functions.three_point_tensor_gauss_rule(3)
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
         """Return the points (27, 3) and weights (27,) of `quadrature`, exact for the mass of box-shaped cells."""
-        return quadratic_shape_functions.gauss_rule(3)
+        return quadratic_shape_functions.three_point_tensor_gauss_rule(3)

@@ -21,7 +21,7 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-def gauss_rule(d: int) -> tuple[Floats, Floats]:
+def three_point_tensor_gauss_rule(d: int) -> tuple[Floats, Floats]:
     """Return the points (3^d, d) and weights (3^d,) of the Gauss rule with three points along each direction.
 
     The rule is exact for polynomials of degree five in each coordinate.

@@ -39,7 +39,7 @@ class SliceEnergy(Protocol):
     def w(self) -> Floats: ...
 
 
-def revolve_quadrature(like: SliceEnergy, N: Floats, points: Floats, depth: float) -> tuple[Floats, Floats]:
+def hoop_terms_and_ring_volumes(like: SliceEnergy, N: Floats, points: Floats, depth: float) -> tuple[Floats, Floats]:
     """Return N_a / r (m, q, a), 1/m, and the volumes of whole rings (m, q), m^3, at the integration points.
 
     `like` is an energy over the cells of the slice, and `points` (n, 3), m, are the nodes. The shape functions N at the
@@ -63,8 +63,8 @@ class AxisymmetricElastic(Elastic):
 
     @classmethod
     def of(cls, like: Elastic, N: Floats, points: Floats, depth: float) -> AxisymmetricElastic:
-        """Return the axisymmetric energy of a slice with nodes (n, 3), m (see `revolve_quadrature`)."""
-        hoop, w = revolve_quadrature(like, N, points, depth)
+        """Return the axisymmetric energy of a slice with nodes (n, 3), m (see `hoop_terms_and_ring_volumes`)."""
+        hoop, w = hoop_terms_and_ring_volumes(like, N, points, depth)
         return cls(like.cells, like.dNdX, w, like.law, drag=like.drag, hoop=hoop, depth=depth)
 
     @property

@@ -111,13 +111,16 @@ class JointedRods(Energy):
         return self.energy.value(self._state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the forces, N, and moments, N m, at the points."""
+        """Add the forces, N, and moments, N m, at the points, multiplied by `scale`, to g (6 p,)."""
         own = np.zeros(6 * len(self.joints.point))
         self.energy.add_gradient(self._state(x), own, scale)
         g += self.joints.forces_at_points(own)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the Hessian B^T K B, where K is that of the rod energy and B the derivative from `Joints.blocks`."""
+        """Add the Hessian B^T K B multiplied by `scale` to `data`.
+
+        K is the Hessian of the rod energy by the unknowns of nodes, and B their derivative by the unknowns of points.
+        """
         B = self._stencils_with_derivatives[1]
         local = np.zeros_like(B)
         self.energy.add_hessian(

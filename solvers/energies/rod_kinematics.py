@@ -37,7 +37,7 @@ _APART = np.concatenate([-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3
 _EYE3, _EYE4 = np.eye(3), np.eye(4)
 
 
-def _derivative_map() -> Floats:
+def _quaternion_derivative_map() -> Floats:
     """Return the constant matrix (12, 96) that maps (q_a, q_b, c) to derivatives (8, 12) of p and c by the 12 dofs.
 
     q_a and q_b are the node quaternions, p = q_a + q_b and c = conj(q_a) q_b.
@@ -49,7 +49,7 @@ def _derivative_map() -> Floats:
     return S.reshape(12, 96)
 
 
-def _force_derivative_map() -> Floats:
+def _force_second_derivative_map() -> Floats:
     """Return the constant matrix (50, 49) that maps products of components to second derivatives by (d, p).
 
     The products (50,) are those formed in `RodElements._force_second_derivatives`.
@@ -71,10 +71,10 @@ def _force_derivative_map() -> Floats:
     return M.reshape(50, 49)
 
 
-def _moment_derivative_map() -> Floats:
+def _moment_second_derivative_map() -> Floats:
     """Return the constant matrix (14, 16) that maps products of components to second derivatives by c.
 
-    The products (14,) are those formed in `ElementRotations.curvature`.
+    The products (14,) are those formed in `ElementRotations.rotation_vector_hessian`.
     """
     M = np.zeros((14, 4, 4))
     for i in range(3):
@@ -87,7 +87,7 @@ def _moment_derivative_map() -> Floats:
     return M.reshape(14, 16)
 
 
-def _second_derivative_map() -> Floats:
+def _rotation_second_derivative_map() -> Floats:
     """Return the constant matrix (17, 144) that maps products to second derivatives of y by the 12 dofs.
 
     y = (d, p, c) is described in the module docstring. The products (17,) are t_l c_n (16,) and t . q_a, formed in
@@ -101,10 +101,10 @@ def _second_derivative_map() -> Floats:
 
 
 _STEPS, _FORCE, _MOMENT, _OWN = (
-    _derivative_map(),
-    _force_derivative_map(),
-    _moment_derivative_map(),
-    _second_derivative_map(),
+    _quaternion_derivative_map(),
+    _force_second_derivative_map(),
+    _moment_second_derivative_map(),
+    _rotation_second_derivative_map(),
 )
 
 

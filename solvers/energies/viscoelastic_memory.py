@@ -302,6 +302,6 @@ class BodyHistory:
         return tuple(own for own in self.each if isinstance(own, EnergyHistory))
 
 
-def largest_decrease(lost: Floats) -> float:
+def largest_drop_below_maximum(lost: Floats) -> float:
     """Return the largest decrease of the dissipated energy `lost` (t,), J, below an earlier value."""
     return float((np.maximum.accumulate(lost) - lost).max(initial=0.0))

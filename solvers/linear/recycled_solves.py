@@ -68,7 +68,7 @@ class LinearSolver:
             return np.zeros_like(b)
         self._analyse_pattern(K)
         x = None if self._cholesky is None else self._solve_definite(K, b, tolerance)
-        return self._solve_general(K, b, tolerance) if x is None else x
+        return self._solve_by_direct_factorisation(K, b, tolerance) if x is None else x
 
     def _analyse_pattern(self, K: sparse.csr_matrix) -> None:
         """Analyse the sparsity pattern of K if it differs from the pattern of the last matrix."""
@@ -183,7 +183,7 @@ class LinearSolver:
                 return x, size <= goal
         return x, size <= goal
 
-    def _solve_general(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
+    def _solve_by_direct_factorisation(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
         """Return the solution by a factorisation that works for any matrix, refined once."""
         self.statistics.fallbacks += 1
         symmetric = self._cholesky is not None and abs(K - K.T).max() <= 1e-12 * abs(K.data).max()

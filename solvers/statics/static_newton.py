@@ -133,7 +133,10 @@ class Newton:
     def _support_response(
         self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None
     ) -> Floats:
-        """Return the linear response (dofs,) to support increments `moved` (c,) and to rigid bodies that move."""
+        """Return the linear response (dofs,) of displacements, m, to increments `moved` (c,) of supports, m.
+
+        With `to`, rigid bodies also move, from their place at the load factor `load` to that at `to`.
+        """
         problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = moved
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)

@@ -148,7 +148,7 @@ def resume(data: bytes, folder: Path) -> str:
         ComparisonRequest,
         _compute_outcomes,
         _is_complete,
-        _Progress,
+        _SavedTasks,
     )
     from softmark.interpreter.study.configurations.task_outcome import PointTask
 
@@ -157,13 +157,13 @@ def resume(data: bytes, folder: Path) -> str:
     (folder / "journal.lock").unlink(missing_ok=True)
     try:
         with Journal.open(folder) as journal:
-            outcomes = _compute_outcomes({}, ComparisonRequest(folder), _Progress(journal, frozenset()))
+            outcomes = _compute_outcomes({}, ComparisonRequest(folder), _SavedTasks(journal, frozenset()))
             for key, entry in journal.of_kind(ACCURACY).items():
                 if _is_complete(entry):  # what is not is computed anew, which takes too long here
                     _compute_outcomes(
                         {key: PointTask(key, "s", "a")},
                         ComparisonRequest(folder, resume=True),
-                        _Progress(journal, frozenset([key])),
+                        _SavedTasks(journal, frozenset([key])),
                     )
             records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _is_complete(e)]
             timing_quality.summarize_cost(records)

@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.language.expression_evaluation import Context, EvaluationError, Evaluator, Quantity
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator, Quantity, SourceErrors
 from softmark.interpreter.language.units import LENGTH
 from softmark.interpreter.problem.cross_section_coverage import coverage, coverages
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -25,7 +25,7 @@ def read(text: str) -> tuple[Condition | None, list[Diagnostic]]:
     found: list[Diagnostic] = []
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
-    evaluator = Evaluator(Context(Source("text", text), found), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
+    evaluator = Evaluator(SourceErrors(Source("text", text), found), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
     try:
         return read_condition(node, evaluator), found
     except EvaluationError:

@@ -102,7 +102,7 @@ def test_what_it_carries() -> None:
     touched = rest.touches["touch"]
     assert touched.area == pytest.approx(math.pi * 5e-6, rel=1e-12)
     assert (touched.pressure, touched.gap) == pytest.approx((1564.31, 0.0), rel=1e-5)
-    assert found.off["depth"] == pytest.approx(0.05)
+    assert found.relative_errors["depth"] == pytest.approx(0.05)
     reference, own = case(BLOCK.replace("-0.6", "-0.5"))
     assert theory_setup_of(reference).warning(solve_theory(reference, own)) is None
 
@@ -174,7 +174,7 @@ def test_cones_and_punches(shape: str, kind: str, size: float) -> None:
     text = BLOCK.replace(BALL, shape).replace("hertz", "sneddon")
     own = problem(text)
     assert (own.kind, own.size, own.depth) == (kind, pytest.approx(size), pytest.approx(0.5e-3))
-    off = answer(text).off
+    off = answer(text).relative_errors
     rounded = {"punch": {"rim"}, "rounded_cone": {"tip"}}.get(shape.partition("(")[0], set())
     assert {"rim", "tip"} & set(off) == rounded
 
@@ -187,7 +187,9 @@ def test_a_layer() -> None:
     assert answer(slides).push == pytest.approx(22.04538e-3, rel=1e-6)
     exact = answer(slides.replace("dimitriadis", "pressed_layer"))
     assert isinstance(exact.layer, Layer)
-    assert exact.push == pytest.approx(answer(slides).push * (1.0 + answer(slides).off["series"]), rel=1e-12)
+    assert exact.push == pytest.approx(
+        answer(slides).push * (1.0 + answer(slides).relative_errors["series"]), rel=1e-12
+    )
     assert "the series holds for 0.5" in refused(TURNED.replace("= 0.5,", "= 0.45,"))
 
 
@@ -208,7 +210,7 @@ def test_a_cylinder_on_a_strip() -> None:
     assert isinstance(found, LineContact)
     assert (found.strip.depth, found.strip.thickness, found.slice) == pytest.approx((0.1, 20.0, 2.0))
     assert found.radius == pytest.approx(half_width(0.5 * found.push, 8.0, 200.0 / 0.91), rel=1e-12)
-    assert "knows" not in str(found.off)
+    assert "knows" not in str(found.relative_errors)
     assert found.at == pytest.approx((40.0, 20.0, 0.0))
     lost = STRIP + "probe top = point(block, at = (40, 20, 0) m)\nmetric miss = tip_error(top, against = told)\n"
     with pytest.raises(softmark.SceneError, match="a theory of forces only"):

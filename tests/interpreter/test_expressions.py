@@ -14,10 +14,10 @@ from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import (
     FUNCTIONS,
-    Context,
     EvaluationError,
     Evaluator,
     Quantity,
+    SourceErrors,
     Value,
     VectorValue,
 )
@@ -34,7 +34,7 @@ def evaluate(text: str) -> tuple[Value | None, list[Diagnostic]]:
     assert node is not None, problems
     try:
         value: Value | None = Evaluator(
-            Context(Source("text", text), found), lambda name: NAMES[name.text], CATALOGUE
+            SourceErrors(Source("text", text), found), lambda name: NAMES[name.text], CATALOGUE
         ).value(node)
     except EvaluationError:
         value = None

@@ -102,7 +102,10 @@ def test_two_blocks_of_two_materials() -> None:
     pressures = touched.field.pressures(np.array([[0.01, 0.01, 0.002], [0.0105, 0.0, 0.01], [0.005, 0.01, 0.002]]))
     assert pressures[:2] == pytest.approx([200.0, 200.0])
     assert math.isnan(pressures[2])
-    assert (rest.off, theory_setup_of(reference).warning(found)) == (pytest.approx(sum(found.off.values())), None)
+    assert (rest.relative_error, theory_setup_of(reference).warning(found)) == (
+        pytest.approx(sum(found.relative_errors.values())),
+        None,
+    )
     assert set(theory_setup_of(reference).facts(found)) == {"off", "area_m2", "push_N"}
     moved = found.displacement(np.array([[0.01, 0.02, 0.01], [0.0105, 0.02, 0.01]]))
     assert moved == pytest.approx(np.array([[-2e-4, 1e-4, 5e-5], [-7e-4, 1e-5, 5e-6]]), abs=1e-15)

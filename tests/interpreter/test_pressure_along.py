@@ -151,8 +151,8 @@ def test_forces_against_a_theory_of_contact_judge_where_models_end() -> None:
     metric = loaded.run().models["quads"].metrics["push"]
     case = case_of(loaded.scene, "block")
     theory = solve_theory(loaded.scene.declared["theory"], case)
-    assert theory.off["depth"] == pytest.approx(0.5 / 30.0)
-    assert metric.uncertainty == pytest.approx(sum(map(abs, theory.off.values())))
+    assert theory.relative_errors["depth"] == pytest.approx(0.5 / 30.0)
+    assert metric.uncertainty == pytest.approx(sum(map(abs, theory.relative_errors.values())))
 
 
 def test_levers_of_a_contact_leave_a_closed_form_as_it_is() -> None:

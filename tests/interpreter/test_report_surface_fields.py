@@ -24,16 +24,24 @@ from softmark.interpreter.report.page.html_document import load_asset
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.view3d.compact_surfaces import thin_surface
 from softmark.interpreter.report.view3d.surface_fields import scale_over
-from softmark.interpreter.results.run_report import DrawnSurface, ModelResult, ReferenceResult, Report, SurfaceField
+from softmark.interpreter.results.run_report import (
+    DrawnSurface,
+    ModelResult,
+    ReferenceResult,
+    Report,
+    RequestedSurfaceValues,
+)
 
 NONE = "only finite elements and beams have a stress at every point"
 
 
-def number(values: Any, words: str = "stress xx, cauchy", **more: Any) -> SurfaceField:
-    return SurfaceField(words, "Pa", ("most",), None if values is None else np.asarray(values), size=100.0, **more)
+def number(values: Any, words: str = "stress xx, cauchy", **more: Any) -> RequestedSurfaceValues:
+    return RequestedSurfaceValues(
+        words, "Pa", ("most",), None if values is None else np.asarray(values), size=100.0, **more
+    )
 
 
-def coloured(name: str, *numbers: SurfaceField, frames: int = 0) -> ModelResult:
+def coloured(name: str, *numbers: RequestedSurfaceValues, frames: int = 0) -> ModelResult:
     """A model as bent as the scan is, with a history of so many frames."""
     X, triangles = tube(0.02)
     times = np.linspace(0.0, 0.5, frames) if frames else None

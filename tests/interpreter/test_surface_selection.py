@@ -17,7 +17,7 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.language.expression_evaluation import Context, Evaluator, Quantity
+from softmark.interpreter.language.expression_evaluation import Evaluator, Quantity, SourceErrors
 from softmark.interpreter.language.units import LENGTH
 from softmark.interpreter.problem.surface_selection.exact_surface import select_surface
 from softmark.interpreter.problem.surface_selection.facet_deviation import deviations
@@ -51,7 +51,7 @@ def condition(text: str) -> Condition:
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
     return read_condition(
-        node, Evaluator(Context(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
+        node, Evaluator(SourceErrors(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
     )
 
 

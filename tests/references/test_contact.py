@@ -124,10 +124,10 @@ def test_layers_of_the_catalogue(d: float, bonded: float, sliding: float) -> Non
     one = replace(PRESSED, depth=1e-3 * d, poisson=0.5, around=Surroundings(20e-3))
     found = Dimitriadis("b").solve(one)
     assert 1e3 * found.push == pytest.approx(bonded, abs=6e-6)
-    assert abs(found.off["series"]) < 0.01
+    assert abs(found.relative_errors["series"]) < 0.01
     found = Dimitriadis("b").solve(replace(one, around=Surroundings(20e-3, bonded=False)))
     assert 1e3 * found.push == pytest.approx(sliding, abs=6e-6)
-    assert -0.025 < found.off["series"] < -0.005
+    assert -0.025 < found.relative_errors["series"] < -0.005
 
 
 def test_first_coefficients_of_layers() -> None:
@@ -179,7 +179,7 @@ def test_a_strip_that_a_cylinder_presses() -> None:
     assert found.push == pytest.approx(2.0 * strip.force, rel=1e-14)
     assert found.area == pytest.approx(4.0 * strip.half, rel=1e-6)
     assert found.largest_pressure == pytest.approx(float(strip.pressure(np.zeros(1))[0]), rel=1e-6)
-    assert abs(found.off["pressure"]) < 1e-6
+    assert abs(found.relative_errors["pressure"]) < 1e-6
 
 
 def test_the_surface_of_a_strip_follows_the_cylinder() -> None:
@@ -280,7 +280,7 @@ def test_what_they_do_not_hold_for() -> None:
 def test_what_does_not_touch_carries_nothing(word: type) -> None:
     found = word("b").solve(replace(PRESSED, depth=-1e-3, poisson=0.5, around=Surroundings(20e-3, 40e-3)))
     assert found.push == 0.0
-    assert set(found.off.values()) == {0.0}
+    assert set(found.relative_errors.values()) == {0.0}
 
 
 @pytest.mark.parametrize("bonded", [True, False])

@@ -19,13 +19,13 @@ from softmark.references.elastica_collocation import NotSolved
 from softmark.references.mandel import Mandel
 from softmark.references.poroelastic_compression import CompressedPorousBody, find_mode_roots
 from softmark.references.porous_skeletons import Skeleton
-from softmark.references.prony import Amplitude, AmplitudeSegment
+from softmark.references.prony import Amplitude, HarmonicAmplitudeSegment
 from softmark.references.rubber_energies import Rubber
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.references.terzaghi import Column, Terzaghi
 
 ONCE = Amplitude([(0.0, 1.0)], [])
-RAMP = Amplitude([], [AmplitudeSegment(0.0, 0.1, 10.0)])
+RAMP = Amplitude([], [HarmonicAmplitudeSegment(0.0, 0.1, 10.0)])
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -115,7 +115,7 @@ def test_nothing_has_left_at_once() -> None:
 @pytest.mark.parametrize("force", [True, False])
 def test_what_modes_do_not_tell_is_not_told(force: bool) -> None:
     """A force 9 times too large, 1e-12 of the time of diffusion after a ramp begins, by as many modes as there are."""
-    driven = ONCE if force else Amplitude([], [AmplitudeSegment(0.0, 1.0, 1.0)])
+    driven = ONCE if force else Amplitude([], [HarmonicAmplitudeSegment(0.0, 1.0, 1.0)])
     for t, told in ((1e-12, False), (1e-7, True)):
         own = column(t, force, driven=driven)
         if told:
@@ -181,7 +181,7 @@ def test_a_ramp_against_finite_volumes(drains: str, force: bool) -> None:
 def test_a_swing_of_a_column() -> None:
     """Steady swings: a half space's impedance; the far end counts no more than exp(-sqrt(w/2))."""
     w, t = 2000.0, 0.7
-    own = column(t, False, "driven", Amplitude([], [AmplitudeSegment(0.0, 1.0, w, w)]))
+    own = column(t, False, "driven", Amplitude([], [HarmonicAmplitudeSegment(0.0, 1.0, w, w)]))
     steady = (cmath.sqrt(1j * w) * cmath.exp(1j * w * t)).imag
     assert -own.pull == pytest.approx(steady, rel=1e-2 * abs(cmath.sqrt(1j * w)) / abs(steady))
 
@@ -290,7 +290,8 @@ def test_a_course_moves_it_as_the_force_of_that_course_presses(n: int) -> None:
     times = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 250)])
     e = np.array([squeezed(n, 0.2, float(t), True).axial for t in times])
     swings = [
-        AmplitudeSegment(a, b, (q - p) / (b - a)) for a, b, p, q in zip(times, times[1:], -e, -e[1:], strict=False)
+        HarmonicAmplitudeSegment(a, b, (q - p) / (b - a))
+        for a, b, p, q in zip(times, times[1:], -e, -e[1:], strict=False)
     ]
     for t in (0.05, 0.2, 0.7):
         own = squeezed(n, 0.2, t, False, Amplitude([(0.0, -float(e[0]))], swings))
@@ -399,7 +400,11 @@ def test_a_column_pressed_far_against_finite_volumes(
 def test_what_leaves_no_pores_says_so() -> None:
     with pytest.raises(NotSolved, match="the pores at the open end are closed"):
         pressed(
-            0.05, False, -0.5, Amplitude([], [AmplitudeSegment(0.0, 0.1, 10.0)]), Permeability(1.0, 2.0, 4.0, 0.4)
+            0.05,
+            False,
+            -0.5,
+            Amplitude([], [HarmonicAmplitudeSegment(0.0, 0.1, 10.0)]),
+            Permeability(1.0, 2.0, 4.0, 0.4),
         ).profile()
 
 

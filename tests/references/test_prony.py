@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
+from softmark.references.prony import Amplitude, HarmonicAmplitudeSegment, RelaxingBar
 from softmark.references.straight_cantilever import NotApplicable
 
 ONCE = Amplitude([(0.0, 1.0)], [])
@@ -27,7 +27,7 @@ def test_creep_of_zeners_solid() -> None:
 
 
 def test_a_ramp_and_a_hold() -> None:
-    driven = Amplitude([], [AmplitudeSegment(0.0, 1.0, 0.1)])
+    driven = Amplitude([], [HarmonicAmplitudeSegment(0.0, 1.0, 0.1)])
     known = {0.5: 0.046558, 1.0: 0.087996, 2.0: 0.074198, 5.0: 0.063105, 20.0: 0.052847}
     for t, stress in known.items():
         assert bar(driven, t).pull == pytest.approx(stress, abs=1e-6)
@@ -35,7 +35,7 @@ def test_a_ramp_and_a_hold() -> None:
 
 def test_a_swing_against_quadrature_and_an_equation_of_its_branches() -> None:
     w, t = 2.0, 3.3
-    driven = Amplitude([], [AmplitudeSegment(0.0, t, w, w)])  # sin(w t)
+    driven = Amplitude([], [HarmonicAmplitudeSegment(0.0, t, w, w)])  # sin(w t)
     own = bar(driven, t)
     left = quad(lambda s: w * math.cos(w * s) * (0.5 + 0.3 * math.exp(s - t) + 0.2 * math.exp(0.1 * (s - t))), 0.0, t)
     assert own.pull == pytest.approx(left[0], rel=1e-10)
@@ -52,7 +52,9 @@ def test_a_swing_against_quadrature_and_an_equation_of_its_branches() -> None:
 
 @pytest.mark.parametrize("force", [False, True])
 def test_work_is_what_is_stored_and_what_is_dissipated(force: bool) -> None:
-    driven = Amplitude([(0.0, 0.3)], [AmplitudeSegment(0.5, 2.0, 0.4), AmplitudeSegment(2.0, 6.0, -0.1 + 0.2j, 1.5)])
+    driven = Amplitude(
+        [(0.0, 0.3)], [HarmonicAmplitudeSegment(0.5, 2.0, 0.4), HarmonicAmplitudeSegment(2.0, 6.0, -0.1 + 0.2j, 1.5)]
+    )
     t = 7.0
     own = bar(driven, t, force)
     h = 1e-4
@@ -88,4 +90,6 @@ def test_what_relaxes_in_no_time_is_dissipated(tau: float) -> None:
 @pytest.mark.parametrize("rate", [0.0, 1e-12, 1e-9, 1e-8, 1e-7])
 def test_a_slow_term_follows_a_ramp_without_rounding(rate: float) -> None:
     """(1 - exp(-r)) / r = 1 - r/2 + r^2/6."""
-    assert AmplitudeSegment(0.0, 1.0, 1.0).left(rate, 1.0) == pytest.approx(1.0 - rate / 2.0 + rate**2 / 6.0, rel=1e-15)
+    assert HarmonicAmplitudeSegment(0.0, 1.0, 1.0).hereditary_integral(rate, 1.0) == pytest.approx(
+        1.0 - rate / 2.0 + rate**2 / 6.0, rel=1e-15
+    )

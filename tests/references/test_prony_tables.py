@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
+from softmark.references.prony import Amplitude, HarmonicAmplitudeSegment, RelaxingBar
 
 G, TAU = (0.3, 0.2), (1.0, 10.0)
 ONCE = Amplitude([(0.0, 1.0)], [])
@@ -55,7 +55,7 @@ def test_dynamic_moduli(w: float, storage: float, loss: float, tangent: float) -
     """Of sin(w t) after 40 times the longest tau: E' in phase, E'' a quarter of a swing ahead; a cycle loses pi E''."""
     cycle = 2.0 * math.pi / w
     begin = math.ceil(400.0 / cycle) * cycle
-    driven = Amplitude([], [AmplitudeSegment(0.0, begin + 2.0 * cycle, w, w)])
+    driven = Amplitude([], [HarmonicAmplitudeSegment(0.0, begin + 2.0 * cycle, w, w)])
     in_phase, ahead = bar(driven, begin + 0.25 * cycle).pull, bar(driven, begin).pull
     assert in_phase == pytest.approx(storage, abs=6e-7)
     assert ahead == pytest.approx(loss, abs=6e-7)

@@ -11,7 +11,11 @@ from equal_moduli import made
 
 from softmark.solvers.assembly.elastic_energy_factory import elastic_parts
 from softmark.solvers.assembly.mixed_elements import mixed_energy
-from softmark.solvers.energies.axisymmetric import AxisymmetricElastic, AxisymmetricPressure, revolve_quadrature
+from softmark.solvers.energies.axisymmetric import (
+    AxisymmetricElastic,
+    AxisymmetricPressure,
+    hoop_terms_and_ring_volumes,
+)
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation, MixedSolid
@@ -122,7 +126,7 @@ def held(kind: str, strain: str, material: Any = GEL, mixed: bool = False) -> tu
         made: Any = mixed_energy(mesh, parts, split, material.shear_modulus)
     else:
         made = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
-    hoop, w = revolve_quadrature(made, parts.N, mesh.points, DEPTH)
+    hoop, w = hoop_terms_and_ring_volumes(made, parts.N, mesh.points, DEPTH)
     return replace(made, w=w, hoop=hoop), mesh.points
 
 

@@ -93,7 +93,10 @@ def example_call(word: Constructor, given: Mapping[str, str]) -> str:
 
 
 def trial_breaches(trial: Trial) -> Iterator[Breach]:
-    """Yield the breaches found in trial scenes with a word; the test depends on the kind of the word."""
+    """Yield the breaches of the contract for plugins that trial scenes with a word show.
+
+    Each kind of word has its own test, such as a run with a model. An exception is a breach, too.
+    """
     found: list[Breach] = []
     try:
         found += _KINDS[trial.word.kind](trial)
@@ -103,7 +106,8 @@ def trial_breaches(trial: Trial) -> Iterator[Breach]:
     yield from found
 
 
-def _refusal_breach(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
+def _breach_of_refused_trial(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
+    """Return the breach that a word could not be tested, because its trial scene was refused with `errors`."""
     first = errors[0]
     return Breach(f"`{trial.call}` is refused ({first.code}): {first.message}", GIVE, untried=True)
 
@@ -143,7 +147,7 @@ def _material_breaches(trial: Trial) -> Iterator[Breach]:
         if scene is not None:
             break
     if scene is None:
-        yield _refusal_breach(errors, trial)
+        yield _breach_of_refused_trial(errors, trial)
         return
     thing = scene.declared["gel"].thing
     yield from repr_breaches(thing)
@@ -189,7 +193,7 @@ def _load_or_report_refusal(trial: Trial, name: str, **lines: str) -> Generator[
     """
     scene, errors = trial.scene(**lines)
     if scene is None:
-        yield _refusal_breach(errors, trial)
+        yield _breach_of_refused_trial(errors, trial)
         return None
     yield from repr_breaches(scene.declared[name].thing)
     return scene
@@ -302,7 +306,7 @@ def _model_breaches(trial: Trial) -> Iterator[Breach]:
                 yield Breach(f"its outline is {outline!r}", "return what will be built, on one line")
             yield from _run_breaches(trial, scene)
     if not taken:
-        yield _refusal_breach(errors, trial)
+        yield _breach_of_refused_trial(errors, trial)
 
 
 def _shape_breaches(trial: Trial) -> Iterator[Breach]:
@@ -310,7 +314,7 @@ def _shape_breaches(trial: Trial) -> Iterator[Breach]:
 
     scene, errors = trial.body()
     if scene is None:
-        yield _refusal_breach(errors, trial)
+        yield _breach_of_refused_trial(errors, trial)
         return
     shape = scene.declared["bar"].thing.shape
     yield from repr_breaches(shape)
@@ -353,4 +357,4 @@ def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins
     call = f"external_solver({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"
     trial = Trial(outside, call, folder, plugins)
     scene, errors = trial.scene(gel=example(law), model=call)
-    yield from [_refusal_breach(errors, trial)] if scene is None else _run_breaches(trial, scene)
+    yield from [_breach_of_refused_trial(errors, trial)] if scene is None else _run_breaches(trial, scene)

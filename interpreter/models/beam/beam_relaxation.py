@@ -21,7 +21,7 @@ from softmark.interpreter.models.beam.beam_supports import held_values
 from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.postprocessing.mesh_stress import StoredStress
 from softmark.interpreter.models.procedures.quasistatic_analysis import Loads, QuasistaticAnalysis, energies_in_time
-from softmark.interpreter.models.procedures.quasistatic_times import AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.procedures.quasistatic_times import LoadAndSupportAmplitudes, case_at_full_size
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
@@ -111,7 +111,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
-    timed = AmplitudeSchedule.of(whole, static.applied, owners, problem.target)
+    timed = LoadAndSupportAmplitudes.of(whole, static.applied, owners, problem.target)
     return QuasistaticAnalysis(beam, case, memories, timed)
 
 

@@ -86,7 +86,7 @@ class PreparedExternalModel(DerivedModel):
             else problem
         )
 
-    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+    def checked_displacements(self, answer: Answer, problem: Problem) -> Floats:
         """Return the program's displacements (n, 3), m, at full load. Raises NoAnswer if they are invalid."""
         found: Floats = checked_states(answer, problem, len(problem.shares))[-1]
         return found
@@ -138,7 +138,7 @@ class PreparedExternalModel(DerivedModel):
             raise NoAnswer(end.message)
         try:
             answer = program.read(folder)
-            u = self.looked_at(answer, problem)
+            u = self.checked_displacements(answer, problem)
         except ExternalNotConverged:
             raise
         except NoAnswer as none:
@@ -235,7 +235,7 @@ class PreparedExternalDynamics(PreparedExternalModel):
         """Return the problem that the program solves. Raises NotTransferable."""
         return problem_of(self.static, self.case, motion=self.motion)
 
-    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+    def checked_displacements(self, answer: Answer, problem: Problem) -> Floats:
         """Return the displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if they are invalid."""
         return checked_states(answer, problem, len(self.motion.after))
 

@@ -213,9 +213,9 @@ def _convert_to_axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integrati
     """Return the energy of a plane section, converted to a body of revolution if the case is axisymmetric."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
-    from softmark.solvers.energies.axisymmetric import revolve_quadrature
+    from softmark.solvers.energies.axisymmetric import hoop_terms_and_ring_volumes
 
-    hoop, w = revolve_quadrature(made, parts.N, mesh.points, case.depth)
+    hoop, w = hoop_terms_and_ring_volumes(made, parts.N, mesh.points, case.depth)
     return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
 
 

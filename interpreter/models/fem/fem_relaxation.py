@@ -13,7 +13,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid, build_static, elastic_of, mass_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.procedures.quasistatic_analysis import Loads, QuasistaticAnalysis, energies_in_time
-from softmark.interpreter.models.procedures.quasistatic_times import AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.procedures.quasistatic_times import LoadAndSupportAmplitudes, case_at_full_size
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displacement_of
 from softmark.interpreter.models.shared.load_setup import nodal_forces_at_rest
@@ -143,7 +143,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     assembly = Assembly(old.dofs, problem.fixed, internal, static.unknowns.loads(loads), old.points)
     solid = SolidWithHistory(**fields_of(static) | {"problem": replace(problem, assembly=assembly, twin=None)})
     owners = support_of_each_dof(whole, static.mesh, workshop, problem.fixed)
-    timed = AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, problem.target)
+    timed = LoadAndSupportAmplitudes.of(whole, static.amplitude_scaled_energies, owners, problem.target)
     return QuasistaticAnalysis(solid, case, memories, timed)
 
 

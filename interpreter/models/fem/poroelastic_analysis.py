@@ -18,7 +18,7 @@ from softmark.interpreter.models.fem.fem_builder import build_static
 from softmark.interpreter.models.fem.fem_relaxation import SolidWithHistory, fields_of, support_of_each_dof
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.procedures.quasistatic_analysis import Loads, QuasistaticAnalysis
-from softmark.interpreter.models.procedures.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
+from softmark.interpreter.models.procedures.quasistatic_times import SAME, LoadAndSupportAmplitudes, case_at_full_size
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.models.shared.support_constraints import SAME as ALIKE
 from softmark.interpreter.models.shared.support_selection import select_support
@@ -155,7 +155,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
                       tolerance=tolerance)  # fmt: skip
     drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
                    for d in whole.drains)  # fmt: skip
-    timed = AmplitudeSchedule.of(whole, static.amplitude_scaled_energies, owners, target)
+    timed = LoadAndSupportAmplitudes.of(whole, static.amplitude_scaled_energies, owners, target)
     smallest = _smallest_smooth_step(case, static.mesh, drained)
     notes = (*static.notes, *_short_step_warning(static, timed, smallest))
     known = fields_of(static) | {"problem": problem, "notes": notes}
@@ -218,7 +218,9 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
 # ------------------------------------------------------------------ steps that are too short
 
 
-def _short_step_warning(static: PreparedSolid, timed: AmplitudeSchedule, smallest: float) -> Iterator[Diagnostic]:
+def _short_step_warning(
+    static: PreparedSolid, timed: LoadAndSupportAmplitudes, smallest: float
+) -> Iterator[Diagnostic]:
     """Yield a warning if time steps are shorter than the `smallest` one, s, without oscillations."""
     times = [t for t, _ in timed.grid()]
     steps = [b - a for a, b in pairwise(times) if b - a > SAME * timed.analysis.step]

@@ -148,7 +148,7 @@ def _selected_faces(shape: Shape, where: Condition) -> list[Face]:
     faces: dict[Face, bool] = {}
     inner: list[tuple[Face, ...]] = []
     known: dict[tuple[float, ...], bool] = {}  # values by the coordinates of the condition
-    for point, own in _points(shape):
+    for point, own in _grid_points_with_faces(shape):
         place = (0 in about and point[0], 1 in about and point[1], 2 in about and point[2])
         if (holds := known.get(place)) is None:
             holds = known[place] = bool(where.holds(*point, extent))
@@ -169,12 +169,13 @@ def _partial_face_fault(declared: Declared, model: str, why: str, help: str = WH
 
 
 @lru_cache(maxsize=16)
-def _points(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
-    """Return sample points of the body, with the faces that each lies on."""
-    return tuple(_sample_points(shape))
+def _grid_points_with_faces(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
+    """Return the points of a grid over the whole body, each with the body faces on which it lies."""
+    return tuple(_generate_grid_points_with_faces(shape))
 
 
-def _sample_points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+def _generate_grid_points_with_faces(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+    """Yield the points of a grid over the whole body, interior too, each with the body faces on which it lies."""
     assert shape.bounds is not None
     low, high = shape.bounds
     if isinstance(shape, Box):

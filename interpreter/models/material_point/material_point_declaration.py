@@ -95,7 +95,7 @@ class Homogeneous(Model):
         return found or list(self._state_diagnostics(declared, case))
 
     def _state_diagnostics(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield an error if supports and loads impose a state of another kind.
+        """Yield an error if supports and loads do not impose the model's `state`, such as uniaxial tension.
 
         Otherwise yield a warning if the state violates the constraint of a support.
         """

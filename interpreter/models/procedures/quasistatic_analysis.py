@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.procedures.derived_model import DerivedModel
-from softmark.interpreter.models.procedures.quasistatic_times import SAME, AmplitudeSchedule
+from softmark.interpreter.models.procedures.quasistatic_times import SAME, LoadAndSupportAmplitudes
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.prepared_model import BuiltModel, DeformedMesh, Solution
 from softmark.interpreter.problem.body_case import Case
@@ -66,7 +66,7 @@ class QuasistaticAnalysis(DerivedModel):
     static: QuasistaticDiscretization
     case: Case
     memories: BodyHistory
-    timed: AmplitudeSchedule
+    timed: LoadAndSupportAmplitudes
     before: StateInTime | None = None
 
     @property

@@ -45,12 +45,13 @@ def case_at_full_size(case: Case) -> Case:
 
 
 @dataclass(frozen=True)
-class AmplitudeSchedule:
-    """Amplitudes of loads and supports over time.
+class LoadAndSupportAmplitudes:
+    """Amplitudes of loads and supports over time in a quasistatic analysis.
 
-    `amplitudes` belong to the loads, followed by muscles and tendons. `target` (c,) are the imposed values of
-    supports at full size. Each of the `movers` is an amplitude with the indices of the entries of `target` that
-    follow it.
+    `amplitudes` has one for each load, followed by those of muscles and tendons. `target` (c,) are the prescribed
+    values
+    of supports at amplitude 1. `movers` has the amplitudes of moving supports, each with the indices of the entries of
+    `target` that it scales.
     """
 
     analysis: Quasistatic
@@ -60,7 +61,7 @@ class AmplitudeSchedule:
 
     @classmethod
     def of(cls, case: Case, driven: Iterable[tuple[Declared, Energy]], owners: Iterable[Declared], target: Floats
-           ) -> AmplitudeSchedule:  # fmt: skip
+           ) -> LoadAndSupportAmplitudes:  # fmt: skip
         """Return the schedule of a case whose loads and supports are at full size.
 
         `driven` has each load separately. `owners` has, for each entry of the `target` (c,), the support that imposes

@@ -37,9 +37,10 @@ def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
 
 
 def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
-    """Yield how each foundation restricts rigid motions about a centre: nodes (r,) and constraint rows (r, 6).
+    """Yield, for each foundation, the rigid motions about `centre` that it resists: nodes (r,) and rows (r, 6).
 
-    Rows contain lengths but no stiffnesses. The nodes tell to which piece of the body each row belongs.
+    A rigid motion (translation and rotation, 6 numbers) is resisted if its product with a row is nonzero. Rows contain
+    lengths but no stiffnesses. The nodes show to which piece of the body each row belongs.
     """
     for bed in case.beds:
         facets, N, _, normal = _quadrature_points(surface_of(case, bed, bed.thing.where, mesh))

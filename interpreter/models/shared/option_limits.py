@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class OptionLimits:
-    """Allowed values of model options in a scene with some feature, and the error about any other value.
+    """Allowed values of model options in scenes with a certain feature, and the error about any other value.
 
-    `allowed` maps the name of an option to its allowed values, of which the first is the default. The texts are
-    templates with the fields model, body, name (of the declaration with the feature), option and value.
+    `allowed` maps the name of an option to its allowed values, of which the first is the default. The texts of the
+    error
+    are templates with the fields model, body, option, value, and name (see `excluded_value_errors`).
     """
 
     allowed: Mapping[str, tuple[Any, ...]]
@@ -32,7 +33,9 @@ class OptionLimits:
     def excluded_value_errors(self, declared: Declared, case: Case, name: str = "") -> Iterator[Diagnostic]:
         """Yield an error for each option of a declared model whose value is not allowed.
 
-        `name` is the name of the declaration with the feature, such as a contact, for the text of the error.
+        `name` is the declaration that limits the options, such as a contact; it is inserted into the text of the error.
+        It is
+        empty if the text does not mention such a declaration.
         """
         for option, allowed in self.allowed.items():
             value = getattr(declared.thing, option, allowed[0])

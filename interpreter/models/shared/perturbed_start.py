@@ -82,7 +82,7 @@ def recover_solid(known: Disturbance, problem: Statics, points: Floats, elastic:
     )
 
 
-def recover_springs(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
+def recover_spring_equilibrium(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
     """Return the equilibrium that a spring network reaches from its perturbed start. Raises NotConverged.
 
     `elastic` provides the cells of the network; its law is not used. Springs do not distinguish the inside of a

@@ -52,7 +52,7 @@ class RegionVolume:
     bent: float = 0.0
 
     @property
-    def off(self) -> float:
+    def wrong_material_fraction(self) -> float:
         """Volume with the wrong material, relative to the region or to its smallest neighbour, whichever is smaller."""
         return self._share(self.missed + self.beyond)
 
@@ -231,14 +231,14 @@ def region_report(case: Case, mesh: Mesh) -> dict[str, Any]:
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Yield a warning for every region whose border the cells do not follow."""
     for part, own in zip(case.parts, materials_of_cells(case, mesh).taken, strict=True):
-        if own.off <= MISSED:
+        if own.wrong_material_fraction <= MISSED:
             continue
         at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
         of = f"`{part.name}`" if own.asked <= own.beside else f"the body outside `{part.name}`"
         yield diagnostic(
             "W391", at,
-            f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of {of} have the wrong "
-            "material",
+            f"cells of `{declared.name}` with {100 * own.wrong_material_fraction:.3g} % of the volume "
+            f"of {of} have the wrong material",
             f"{100 * own.missed / own.asked:.3g} % missing, {100 * own.beyond / own.asked:.3g} % too much",
             "use a finer mesh, or one with nodes along the border of the region; `--stated` reports the effect",
         )  # fmt: skip
@@ -256,7 +256,7 @@ def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int
         return []
     own, found = materials_of_cells(case, prepared.mesh), []
     for number, taken in enumerate(own.taken, start=1):
-        if taken.off > 0.0:
-            way = (number, own.larger_change_side(number)) if taken.off > MISSED else (0, 0)
-            found.append((taken.off if taken.cut_cell_error <= MISSED else math.inf, way))
+        if taken.wrong_material_fraction > 0.0:
+            way = (number, own.larger_change_side(number)) if taken.wrong_material_fraction > MISSED else (0, 0)
+            found.append((taken.wrong_material_fraction if taken.cut_cell_error <= MISSED else math.inf, way))
     return found

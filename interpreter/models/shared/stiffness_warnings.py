@@ -104,7 +104,7 @@ def softness_note(
             "W401", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
             f"`{declared.name}` may overestimate the stiffness of `{parts[0].case.body.name}` by up to "
             f"{100 * share / (1.0 - share):.3g} %, since its moduli vary inside cells",
-            f"up to {100 * share:.3g} % of its stiffness",
+            f"up to {100 * share:.3g} % of the computed stiffness",
             "use cells smaller than the variation: one cell cannot strain like soft and stiff layers in "
             "series",
         )  # fmt: skip

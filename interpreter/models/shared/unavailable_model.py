@@ -28,7 +28,7 @@ class UnavailableModel(Meshless):
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """Points at which loads act (0, 3): none."""
+        """Empty array (0, 3) in place of the points at which loads act, since the model has none."""
         return np.zeros((0, 3))
 
     def forces(self) -> Sequence[tuple[Declared, NDArray[np.float64]]]:

@@ -165,7 +165,7 @@ def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown:
     `lost` (t,), J, is the dissipated energy at each time, and `unknown` states that the model cannot compute it.
     `work`, J, is the scale of the energies, from which the tolerance is taken.
     """
-    from softmark.solvers.energies.viscoelastic_memory import largest_decrease
+    from softmark.solvers.energies.viscoelastic_memory import largest_drop_below_maximum
 
     if unknown:
         yield diagnostic("W368", declared.at(), f"the stored and dissipated energy of `{declared.name}` is "
@@ -173,7 +173,7 @@ def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown:
                          "its law is not convex there", "forces are still valid; for energies use another "
                                                         "law, for rubber with `of = shape`")  # fmt: skip
         return
-    fall, most = largest_decrease(lost), float(abs(lost).max())
+    fall, most = largest_drop_below_maximum(lost), float(abs(lost).max())
     if fall <= DECREASE_TOLERANCE * most + SOLVER_TOLERANCE * work:
         return
     yield diagnostic(

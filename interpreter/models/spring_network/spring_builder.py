@@ -20,7 +20,7 @@ from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displ
 from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
 from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import filled_notes, mesh_facts, sliver_note, volume_note
-from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_springs
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_spring_equilibrium
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.support_constraints import solid_supports
 from softmark.interpreter.models.shared.support_selection import support_selection_warnings
@@ -103,7 +103,7 @@ class PreparedSprings(MeshBasedModel):
         if self.disturbance is None:
             return equilibrium(problem)
         cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
-        return recover_springs(self.disturbance, problem, self.mesh.points, cells)
+        return recover_spring_equilibrium(self.disturbance, problem, self.mesh.points, cells)
 
     def _describe_free_motion(self, d: Floats) -> str:
         """Return a description of a motion d (dofs,) that no spring resists."""

@@ -93,7 +93,7 @@ def _metric_probe_and_reference(scene: Scene, model: Declared, case: Case) -> tu
     """Return the metric, the probe and the reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
-    names = [metric.thing.looked_at, metric.thing.measured_from]
+    names = [metric.thing.probe_name, metric.thing.measured_from]
     if None in names:
         raise fault("E521", at, f"`{model.name}` cannot be calibrated with `{metric.name}`",
                     "compares with no reference" if names[1] is None else "uses no probe",

@@ -38,16 +38,19 @@ Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3
 class Piece:
     """Part of a body's exact surface.
 
-    `measure` returns the area, m^2, and normal integrals of the part that a condition selects. `moved` returns the
-    points of the piece moved out of the body by a distance, m, or into it if that is negative.
+    `measure` returns the area, m^2, and normal integrals of the part that a condition selects. `symbolic_offset_point`
+    returns a point of the piece, moved out of the body by a distance, m (into it if negative). Its coordinates are
+    symbolic terms of those of the piece.
     """
 
     measure: Callable[[Condition, float], Measured]
-    moved: Callable[[float], Point]
+    symbolic_offset_point: Callable[[float], Point]
 
     def within(self, *held: Condition) -> Piece:
         """Return the part of the piece on which the given conditions hold."""
-        return Piece(lambda asked, extent: self.measure(reduce(_both_hold, held, asked), extent), self.moved)
+        return Piece(
+            lambda asked, extent: self.measure(reduce(_both_hold, held, asked), extent), self.symbolic_offset_point
+        )
 
     def reversed_piece(self) -> Piece:
         """Return the same piece with its normal reversed."""
@@ -56,7 +59,7 @@ class Piece:
             area, vector, through = self.measure(condition, extent)
             return area, -vector, -through
 
-        return Piece(measure, lambda out: self.moved(-out))
+        return Piece(measure, lambda out: self.symbolic_offset_point(-out))
 
 
 def select_surface(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
@@ -152,7 +155,9 @@ def _restrict_piece(piece: Piece, other: Shape, outside: bool, beside: tuple[flo
         return None
     on = piece.within(closed, Condition.negation(open_))
     sure = piece.within(Condition.negation(closed) if outside else open_)
-    there = [held for out in beside if (held := inside_condition(other, piece.moved(out), True)) is not None]
+    there = [
+        held for out in beside if (held := inside_condition(other, piece.symbolic_offset_point(out), True)) is not None
+    ]
     doubtful = on.within(*(map(Condition.negation, there) if outside else there))
 
     def measure(condition: Condition, extent: float) -> Measured:
@@ -161,7 +166,7 @@ def _restrict_piece(piece: Piece, other: Shape, outside: bool, beside: tuple[flo
             return found
         return _add_up([found, doubtful.measure(condition, extent)])
 
-    return Piece(measure, piece.moved)
+    return Piece(measure, piece.symbolic_offset_point)
 
 
 def _both_hold(one: Condition, other: Condition) -> Condition:
@@ -185,24 +190,26 @@ def _flat_piece(corners: Floats, *held: Condition) -> Piece:
     normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
     normal /= np.linalg.norm(normal)
 
-    def moved(out: float) -> Point:
+    def point_shifted_along_normal(out: float) -> Point:
         return _linear(np.eye(3), out * normal)
 
     def measure(condition: Condition, extent: float) -> Measured:
         area, vector = _selected_flat_part(corners, condition, extent)
         return area, vector, float(vector @ corners[0, 0])
 
-    return Piece(measure, moved).within(*held)
+    return Piece(measure, point_shifted_along_normal).within(*held)
 
 
 def _ellipsoid_piece(shape: RoundBody, side: EllipsoidSide) -> Piece:
     centre = np.array(side.centre)
 
-    def moved(out: float) -> Point:
+    def point_with_changed_semiaxes(out: float) -> Point:
         stretch = np.diag([1.0 + out / a for a in side.semiaxes])
         return _linear(stretch, centre - stretch @ centre)
 
-    return Piece(lambda condition, extent: select_curved_side(shape, side, condition, extent), moved)
+    return Piece(
+        lambda condition, extent: select_curved_side(shape, side, condition, extent), point_with_changed_semiaxes
+    )
 
 
 def _linear(matrix: Floats, rest: Floats) -> Point:
@@ -221,11 +228,14 @@ def _side_piece(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
     side, widest = bands[0], max(max(band.radii) for band in bands)
     axis, origin = np.array(side.axis), np.array(side.origin)
 
-    def moved(out: float) -> Point:
+    def point_stretched_about_axis(out: float) -> Point:
         stretch = np.eye(3) + out / widest * (np.eye(3) - np.outer(axis, axis))
         return _linear(stretch, origin - stretch @ origin)
 
-    return Piece(lambda condition, extent: _add_up([_selected_side(band, condition, extent) for band in bands]), moved)
+    return Piece(
+        lambda condition, extent: _add_up([_selected_side(band, condition, extent) for band in bands]),
+        point_stretched_about_axis,
+    )
 
 
 def _selected_flat_part(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:

@@ -300,14 +300,18 @@ class ContactSetup(TheorySetup):
 
     def warning(self, solution: Any) -> str | None:
         """Return which neglected effect makes the force of the theory inaccurate, and by how much; else None."""
-        most = max(solution.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
+        most = max(solution.relative_errors.items(), key=lambda one: abs(one[1]), default=("", 0.0))
         if not abs(most[1]) > SAID:
             return None
         return f"it neglects {NEGLECTED[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
 
     def facts(self, solution: Any) -> Mapping[str, Any]:
         """Return contact area, contact force, errors of neglected effects and radii of a solution for the report."""
-        found: dict[str, Any] = {"off": dict(solution.off), "area_m2": solution.area, "push_N": solution.push}
+        found: dict[str, Any] = {
+            "off": dict(solution.relative_errors),
+            "area_m2": solution.area,
+            "push_N": solution.push,
+        }
         for name in ("radius", "stick_radius", "most"):
             if hasattr(solution, name):
                 found[f"{name}_m"] = getattr(solution, name)
@@ -365,7 +369,8 @@ class RigidContactSetup(ContactSetup):
         )
         touched = Touched(share * solution.area, solution.largest_pressure, solution.gap, field=there)
         return EquilibriumForces(found, work, math.nan, dissipated=share * getattr(solution, "dissipated", 0.0),
-                      touches={touch.name: touched}, off=sum(map(abs, solution.off.values())))  # fmt: skip
+                      touches={touch.name: touched},
+                      relative_error=sum(map(abs, solution.relative_errors.values())))  # fmt: skip
 
 
 class IndentationSetup(RigidContactSetup):

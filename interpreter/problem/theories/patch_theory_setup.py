@@ -480,7 +480,9 @@ class PatchTestSetup(ContactSetup):
                     field=JointPressure(piled, pressures),
                 )
         work = {load.name: None for load in case.loads}
-        return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, solution.off.values())))
+        return EquilibriumForces(
+            reactions, work, math.nan, touches=touches, relative_error=sum(map(abs, solution.relative_errors.values()))
+        )
 
     def stress(self, solution: DeformedStack) -> PatchStress:
         return PatchStress(solution)

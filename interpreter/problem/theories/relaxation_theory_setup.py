@@ -16,7 +16,7 @@ from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, S
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.supports.support import DisplacementSupport
-from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
+from softmark.references.prony import Amplitude, HarmonicAmplitudeSegment, RelaxingBar
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.materials.viscoelastic import Viscoelastic
 from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot, replace_coordinate
@@ -145,20 +145,22 @@ def amplitude_until(amplitude: Any, now: float) -> Amplitude:
         case None:
             return Amplitude([(0.0, 1.0)], [])
         case Ramp(over=over, start=start):
-            return Amplitude([], [AmplitudeSegment(start, start + over, 1.0 / over)])
+            return Amplitude([], [HarmonicAmplitudeSegment(start, start + over, 1.0 / over)])
         case Smooth(over=over, start=start):  # (1 - cos)/2: its slope is w/2 sin
             w = math.pi / over
-            return Amplitude([], [AmplitudeSegment(start, start + over, -0.5j * w, w)])
+            return Amplitude([], [HarmonicAmplitudeSegment(start, start + over, -0.5j * w, w)])
         case Sine(frequency=frequency):
             w = 2.0 * math.pi * frequency
-            return Amplitude([], [AmplitudeSegment(0.0, now, w, w)])
+            return Amplitude([], [HarmonicAmplitudeSegment(0.0, now, w, w)])
         case Pulse(start=start, until=until):
             return Amplitude([(start, 1.0), (until, -1.0)] if start < until else [], [])
         case Table():
             times, shares, _ = amplitude.rows
             rows = list(zip(times, shares, strict=True))
             slopes = [
-                AmplitudeSegment(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0
+                HarmonicAmplitudeSegment(max(0.0, a), b, (q - p) / (b - a))
+                for (a, p), (b, q) in pairwise(rows)
+                if b > 0.0
             ]
             return Amplitude([(0.0, amplitude.at(0.0))], slopes)
     raise NotApplicable(

@@ -99,9 +99,10 @@ def _end_force(case: Case, face: Face) -> float:
 
 
 def _fixed_point(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
-    """Return a point, m, that does not move: the centre of the opposite face, shifted into its symmetry planes.
+    """Return a point, m, that does not move: the centre of the face opposite to `face`, shifted into symmetry planes.
 
-    `mirrors` are the symmetry planes by direction and end. Raises NotApplicable.
+    `mirrors` are the symmetry planes of the body by direction and end. The centre is shifted into each of them, because
+    points on a symmetry plane do not move across it. Raises NotApplicable if two planes prevent the lateral expansion.
     """
     found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:

@@ -130,7 +130,7 @@ def _validity_range_cell(own: list[ValidityEdge], unit: str) -> str:
     if not own:
         return tag("td", "–")
     if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
-        none = "no option" if any(e.wrong for e in choices) else ""
+        none = "no option" if any(e.wrong_options for e in choices) else ""
         words = ", ".join(text(v) for v in valid_range(own, unit)) or none
         said = [tag("small", _describe_beyond_edge(e, unit)) for e in own]
     else:

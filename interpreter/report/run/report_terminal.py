@@ -302,7 +302,7 @@ def _uncertainty_footnote(report: Report) -> list[str]:
 
 
 def _validity_footnote(report: Report) -> list[str]:
-    """Return the footnote on values whose reference may not be valid here."""
+    """Return one footnote for each reason why a theory is not exact, with the names of the metrics concerned."""
     found: dict[str, dict[str, None]] = {}
     for part in report.outcomes:
         for name, metric in part.metrics.items():

@@ -107,7 +107,10 @@ class _Shapes:
 
     @cached_property
     def errors(self) -> dict[str, Floats]:
-        """Errors (n,), m, at all points of the deformed surface of each model or reference, before thinning."""
+        """Distances to the reference (n,), m, at all n surface points of each model or reference, by its name.
+
+        The 3D view may draw fewer points; the statistics use all.
+        """
         shapes = ((n, self.findings.all_results[n].shape) for n in self.shapes)
         return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
 

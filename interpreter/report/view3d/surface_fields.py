@@ -17,7 +17,7 @@ from softmark.interpreter.report.page.html_markup import join_few_names, tag
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, encode_16_bits
 from softmark.interpreter.report.view3d.shapes_toolbar import colour_strip, scale_below
 from softmark.interpreter.report.view3d.still_picture import CameraView, render_still
-from softmark.interpreter.results.run_report import DrawnSurface, SurfaceField
+from softmark.interpreter.results.run_report import DrawnSurface, RequestedSurfaceValues
 from softmark.records import dataclass
 
 USUAL = 95.0  # per cent of the points of each shape that the initial scale covers
@@ -34,7 +34,7 @@ class FieldScale:
     `whole` has its ends for all points, `usual` for typical values.
     """
 
-    kind: SurfaceField
+    kind: RequestedSurfaceValues
     whole: tuple[float, float]
     usual: tuple[float, float]
 
@@ -45,7 +45,7 @@ class FieldScale:
         return format_quantity(value, self.kind.unit, digits, percent=True)
 
 
-def scale_over(numbers: list[SurfaceField]) -> FieldScale | None:
+def scale_over(numbers: list[RequestedSurfaceValues]) -> FieldScale | None:
     """Return the colour scale of a field over several models; None if no model has it."""
     known = [n.values for n in numbers if n.values is not None and len(n.values)]
     if not known:

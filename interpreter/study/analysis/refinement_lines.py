@@ -110,7 +110,10 @@ def _dof_count(point: ComparedPoint) -> Hashable:
 
 
 def _is_changed_by(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
-    """Return whether the function `what` has two values for configurations that differ only in the number `name`."""
+    """Return whether the swept quantity `name` alone changes the result of the function `what`.
+
+    It does if `what` has different results for two configurations that agree in all other swept quantities.
+    """
     seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
     for point in members:
         if value := what(point):

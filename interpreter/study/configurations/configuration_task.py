@@ -209,7 +209,7 @@ def _metric_results(scene: Scene, report: Report, model: ModelResult) -> dict[st
             _is_independent_of_probes(scene, asked[name]) or None,
         )
         for name, result in model.metrics.items()
-        if (asked[name].thing.looked_at or asked[name].thing.subject_name) is not None
+        if (asked[name].thing.probe_name or asked[name].thing.subject_name) is not None
     }  # fmt: skip
     if not any(_reference_name(m) for m in asked.values()):
         found |= _default_errors(report, model)

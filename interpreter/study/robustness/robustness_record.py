@@ -124,8 +124,8 @@ class ChoiceEdge(ValidityEdge):
     def entries(self) -> Mapping[str, object]:
         """Return the JSON entries without those that only numeric quantities have."""
         own = list(super().entries().items())[:ALIKE]
-        return {**dict(own), "right": self.right, "wrong": self.wrong, "unjudged": self.options_of_class("unjudged"),
-                "classes": self.classes}  # fmt: skip
+        return {**dict(own), "right": self.right, "wrong": self.wrong_options,
+                "unjudged": self.options_of_class("unjudged"), "classes": self.classes}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
@@ -135,7 +135,7 @@ class ChoiceEdge(ValidityEdge):
         return replace(found, right=tuple(found.right))
 
     @property
-    def wrong(self) -> list[str]:
+    def wrong_options(self) -> list[str]:
         """Options with a judged result that is not right, the worst class first."""
         ranked = sorted((WORST.index(w), o) for o, w in self.classes.items() if w not in ("right", "unjudged"))
         return [option for _, option in ranked]

@@ -25,7 +25,7 @@ CLASSES: Mapping[str, Any] = {
     for cls in (
         run_report.Timing,
         run_report.ProbeResult,
-        run_report.SurfaceField,
+        run_report.RequestedSurfaceValues,
         run_report.DrawnRigidBody,
         run_report.DrawnSurface,
         run_report.PlottedCurve,

@@ -99,7 +99,10 @@ class DeformedNetwork:
         return found
 
     def joined(self, parts: list[Floats]) -> Floats:
-        """Return the sums of nodal values at the places (p, 6), from the nodal values (k, 6) of each member."""
+        """Return the sums over members of nodal values at the joints and other nodes of the network (p, 6).
+
+        `parts` has the nodal values (k, 6) of each member.
+        """
         found = np.zeros((len(self.at[0]), 6))
         np.add.at(found, self.at[1], np.concatenate(parts))
         return found

@@ -84,7 +84,7 @@ class SolidState:
         return found, unsure
 
     @cached_property
-    def looked_at(self) -> Any:
+    def checked_nodes(self) -> Any:
         """Numbers (k,) of the nodes at which forces are checked: a sample of a large mesh, or None for all nodes."""
         if self.model.formulation != "displacement" or self.case.porous:
             return None
@@ -98,7 +98,7 @@ class SolidState:
 
         Raises NoIndependentFormula.
         """
-        return self.inside(self.looked_at)
+        return self.inside(self.checked_nodes)
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
         """Return internal nodal forces (n, 3), N, the residual of the pressure equations, and the rounding.
@@ -181,7 +181,7 @@ def balance_of(state: SolidState) -> ForceBalance:
     """Compute the force balance of finite elements. Raises NoIndependentFormula."""
     inside, lacking, noise = state.balanced
     outside, unsure = state.loads
-    return solid_forces.force_balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
+    return solid_forces.force_balance(inside, outside, state.held, noise + unsure / LEFT, state.checked_nodes, lacking)
 
 
 def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
@@ -189,7 +189,7 @@ def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
 
     Raises NoIndependentFormula.
     """
-    every = state.looked_at is None
+    every = state.checked_nodes is None
     inside, _, noise = state.balanced if every else state.inside(np.flatnonzero(state.held.any(axis=1)))
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u

@@ -138,9 +138,11 @@ class SizedMeshVerifier(Verifier):
     """Verifier of models on meshes with a cell size."""
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return solutions on meshes of twice and four times the cell size, each with its ratio to the one before it.
+        """Return solutions on meshes with two and four times the cell size, each with its refinement ratio.
 
-        Raises NoErrorEstimate.
+        The ratio compares a mesh with the next finer one: (cells of the finer mesh / cells)^(1/d) in d dimensions,
+        about 2.
+        Raises NoErrorEstimate if the mesh is read from a file, or no coarser mesh exists.
         """
         if answer.solid.thing.size is None:
             raise NoErrorEstimate("its mesh is read from a file, so there is no coarser one")

@@ -44,7 +44,11 @@ class UndefinedMotion(Exception):
 
 
 class Support:
-    """Base class of supports. Each kind overrides what differs."""
+    """Base class of supports: the motion that they prescribe, and properties that models and checks use.
+
+    The defaults describe a support that does not move. Each kind of support overrides the properties in which it
+    differs.
+    """
 
     role: ClassVar[Literal["constraint", "springs", "drain"]] = "constraint"
     implied: ClassVar[bool] = False  # a plane body adds it itself, and reports do not name it

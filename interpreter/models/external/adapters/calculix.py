@@ -292,10 +292,10 @@ def _printed_displacements(path: Path) -> Iterator[Floats]:
 
 
 def _double_precision_displacements(path: Path, printed: Sequence[Floats]) -> list[Floats]:
-    """Return the displacements of each state (n, 3) in double precision, from the restart file.
+    """Return the displacements of each state (n, 3) in double precision, read from the restart file.
 
-    The file has four values per node: a temperature and three displacements. `printed` are the displacements with 7
-    digits that they must agree with.
+    `printed` are the displacements of each state with 7 digits. A state whose displacements agree with no record of the
+    restart file keeps the printed ones. Each record has four values per node: a temperature and three displacements.
     """
     found, records = list(printed), iter(_records(path, 32 * len(printed[0])))
     for i, own in enumerate(printed):

@@ -62,9 +62,9 @@ class PreparedRod(PreparedExternalDynamics):
             section=Section(section.area, stiffness, material.density * turned[1:], rotation(first)[0]),
         )
 
-    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+    def checked_displacements(self, answer: Answer, problem: Problem) -> Floats:
         """Return nodal displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if invalid."""
-        u = super().looked_at(answer, problem)
+        u = super().checked_displacements(answer, problem)
         turned = answer.turned
         if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
             raise NoAnswer("its result does not include section rotations")

@@ -42,7 +42,7 @@ def section_of(findings: ReportSummary) -> str:
     notes, columns = Notes(), sort_metrics(findings.metrics)
     own = bodies(findings)
     tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it
-    save = _csv(findings, columns)
+    save = _csv_link(findings, columns)
     about = _metric_and_reference_descriptions(findings, columns)
     return section(
         "table",
@@ -112,7 +112,7 @@ def _definition_entry(name: str, words: str) -> str:
     return tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(words)))
 
 
-def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
+def _csv_link(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     """Return an HTML link to a CSV file with all numbers of the results table, in SI."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]

@@ -14,7 +14,7 @@ from softmark.interpreter.report.charts.line_chart import Curve as Drawn
 from softmark.interpreter.report.page.figure_frame import figure_block
 from softmark.interpreter.report.page.html_markup import prose, section
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
-from softmark.interpreter.report.run.tables.curve_points import columns, csv_of_curves
+from softmark.interpreter.report.run.tables.curve_points import columns, curves_csv_link
 from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.records import dataclass
@@ -91,7 +91,7 @@ class LineCurves:
         )
         chart = Chart(self.chart_id, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
                       left=78.0, right=110.0)  # fmt: skip
-        found, file = columns(self.curves, self.units), csv_of_curves(self.csv_name, self.curves, self.units)
+        found, file = columns(self.curves, self.units), curves_csv_link(self.csv_name, self.curves, self.units)
         return figure_block(chart, prose(self.caption()), found, file, open_=open_)
 
     def axes(self) -> tuple[Axis, Axis]:

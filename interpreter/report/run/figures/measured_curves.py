@@ -13,7 +13,7 @@ from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.figure_frame import figure_block
 from softmark.interpreter.report.page.html_markup import join_names, prose, section
 from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, kind_of_reference
-from softmark.interpreter.report.run.tables.curve_points import columns, csv_of_curves
+from softmark.interpreter.report.run.tables.curve_points import columns, curves_csv_link
 from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.records import dataclass
 
@@ -166,4 +166,4 @@ class _MeasuredCurve:
         if (band := self.drawn.band) is not None:
             for name, y in zip(("least", "largest"), band, strict=True):
                 known[f"{self.reference}, {name}"] = replace(self.drawn, y=y)
-        return csv_of_curves(f"{self.metric.name}-curve", known, self.drawn.units)
+        return curves_csv_link(f"{self.metric.name}-curve", known, self.drawn.units)

@@ -29,8 +29,8 @@ def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[
     return found
 
 
-def csv_of_curves(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
-    """Return the link to a CSV file with every point of the curves."""
+def curves_csv_link(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
+    """Return an HTML link to a CSV file with every point of the curves."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
         [name, round_for_drawing(x), round_for_drawing(y)]

@@ -25,10 +25,13 @@ def section_of(findings: ReportSummary) -> str:
     """Return an HTML table of all models whose mesh fills a closed surface; empty if there is none."""
     known = {n: m.solve["filled"] for n, m in findings.report.models.items() if "filled" in m.solve}
     heads = ("Model", "Volume", "Distance", "Quality", "Repaired", "Made by")
-    return table_section("Filled", LEAD, heads, [_row(*entry) for entry in known.items()])
+    return table_section("Filled", LEAD, heads, [_filled_mesh_row(*entry) for entry in known.items()])
 
 
-def _row(name: str, own: Mapping[str, Any]) -> str:
+def _filled_mesh_row(name: str, own: Mapping[str, Any]) -> str:
+    """Return the HTML table row of a model: volume, deviation from the surface, quality, repairs and mesher of its
+    mesh.
+    """
     has, off = own["mesh_m3"], 100 * (own["mesh_m3"] / own["surface_m3"] - 1.0)
     ways = [
         units.format_value(float(f"{own[key]:.3g}"), units.LENGTH) for key in ("mesh_to_surface_m", "surface_to_mesh_m")

@@ -34,7 +34,7 @@ def details_of(findings: ReportSummary) -> str:
     """
     tables = [_table(findings, m) for m in findings.metrics]
     found = [table for table in tables if table]
-    return tag("div", *found, _csv(findings), class_="metric-details") if found else ""
+    return tag("div", *found, _csv_link(findings), class_="metric-details") if found else ""
 
 
 def unit_of(key: str) -> str:
@@ -95,7 +95,8 @@ def _format_detail(key: str, value: Any) -> str:
     return ", ".join(str(v) for v in value) if isinstance(value, (list, tuple)) else str(value)
 
 
-def _csv(findings: ReportSummary) -> str:
+def _csv_link(findings: ReportSummary) -> str:
+    """Return an HTML link to a CSV file with all details of the metrics of all models and references."""
     rows: list[list[Cell]] = [
         [name, metric.name, key, _csv_cell(value), unit_of(key) or None]
         for metric in findings.metrics

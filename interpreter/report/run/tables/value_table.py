@@ -55,14 +55,14 @@ class _ComparedValue:
         share = tag("small", text(_percent(self.difference / abs(self.given)))) if self.given else ""
         apart = text(("+" if self.difference > 0.0 else "") + format_quantity(self.difference, self.unit, 3))
         who = tag("td", tag("code", text(self.owner)), text(f", {self.state}" if self.state else ""))
-        own = tag("td", text(self.off), class_="n")
+        own = tag("td", text(self.uncertainty_text), class_="n")
         verdict = tag("td", "yes" if self.within else "no")
-        said = f"{'inside' if self.within else 'outside'} {self.off}"
+        said = f"{'inside' if self.within else 'outside'} {self.uncertainty_text}"
         drawn = tag("td", Band(self.given, self.ends, tuple(everyone)).render_svg(self.found, said))
         return tag("tr", row_head(self.metric), who, *amounts, own, tag("td", apart, share, class_="n"), verdict, drawn)
 
     @property
-    def off(self) -> str:
+    def uncertainty_text(self) -> str:
         """Return the uncertainty of the given value, or its band, as text."""
         if self.band is None:
             return f"± {format_quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
