@@ -12,7 +12,13 @@ from scipy import sparse
 
 from softmark.solvers.assembly.sparsity_patterns import build_pattern, free_dofs
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
-from softmark.solvers.runtime.work_count import count_contact_search, count_forces, count_setup, count_stiffness
+from softmark.solvers.runtime.work_count import (
+    count_contact_search,
+    count_forces,
+    count_rigid_contacts,
+    count_setup,
+    count_stiffness,
+)
 
 
 class Assembly:
@@ -137,6 +143,7 @@ class Assembly:
         loads, share, known = self._posed
         if loads is not self.loads or share != load:
             each: list[Any] = list(self.loads)
+            count_rigid_contacts(len(self.rigid_contacts))
             known = [(e.at(load), 1.0) if e.not_proportional else (e, load) for e in each]
             self._posed = self.loads, load, known
         return known

@@ -17,6 +17,7 @@ from softmark.solvers.materials.tensor_components import (
     product,
     transposed,
 )
+from softmark.solvers.runtime.work_count import count_principal_stretches
 
 if TYPE_CHECKING:
     import numpy as np
@@ -124,6 +125,7 @@ def spectrum(a: Array) -> tuple[Array, Array]:
     Cyclic Jacobi rotations (Golub, Van Loan 2013, section 8.5): accurate to round-off of |a| even for repeated
     eigenvalues, unlike closed forms.
     """
+    count_principal_stretches(a.shape[-1])
     a = a.copy()
     v = add_diagonal(np.zeros_like(a), 1.0)
     floor = 0.45 * np.finfo(a.dtype).eps * np.sqrt(inner(a, a))

@@ -7,6 +7,7 @@ factor of a few.
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import numpy as np
@@ -18,21 +19,28 @@ FLOPS, ENTRIES = 1e10, 5e8  # per second: operations of a factorisation; matrix 
 FORCE, STIFFNESS = 1e-7, 4e-8  # s, for each stencil: per degree of freedom; per entry of its block
 SETUP = 5e-8  # s, for each entry of all stencils' blocks: integration over cells and the sparsity pattern
 CALL, SOLVE = 1e-4, 1e-5  # s, for each call in Python: of an energy or a factorisation, and of a solve
-CONTACT = 1e-1  # s, for each search for contact between deformable surfaces
+CONTACT, RIGID = 1e-1, 4e-3  # s, for each evaluation of contact: between deformable surfaces, with a rigid body
+SPECTRUM, STRETCH = 7e-4, 5e-7  # s, for principal stretches: for each call, and for each point
 STEP = 3e-3  # s, for each time step of a quasistatic analysis, in Python
 
-_seconds = 0.0
+
+class _Count(threading.local):
+    """Nominal nanoseconds of all work counted so far in a thread; integers, so that differences are exact."""
+
+    nanoseconds = 0
+
+
+_COUNT = _Count()
 
 
 def counted() -> float:
-    """Return the nominal CPU time, s, of all work counted so far in this process."""
-    return _seconds
+    """Return the nominal CPU time, s, of all work counted so far in this thread."""
+    return _COUNT.nanoseconds * 1e-9
 
 
 def count_seconds(seconds: float) -> None:
     """Count work that took a known CPU time, s, such as that of an external program."""
-    global _seconds
-    _seconds += seconds
+    _COUNT.nanoseconds += round(seconds * 1e9)
 
 
 def count_factorization(operations: float) -> None:
@@ -53,6 +61,16 @@ def count_time_step() -> None:
 def count_contact_search() -> None:
     """Count one search for contact between deformable surfaces, with the stiffness of the contacts found."""
     count_seconds(CONTACT)
+
+
+def count_rigid_contacts(contacts: int) -> None:
+    """Count one evaluation of contacts with rigid bodies."""
+    count_seconds(RIGID * contacts)
+
+
+def count_principal_stretches(points: int) -> None:
+    """Count the principal stretches of deformation gradients at some points, with their directions."""
+    count_seconds(SPECTRUM + STRETCH * points)
 
 
 def count_forces(stencils: Stencils) -> None:

@@ -19,6 +19,7 @@ from softmark.interpreter.planning.sweep_expansion import value_of
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.runtime.work_count import count_seconds, counted
 from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ class Training:
     """Training states of the full model x (s, dofs), m, with the displacements imposed in each, and a report.
 
     `ranges` are the values of the varied quantities: numbers, lists of numbers or texts. `failed` are settings
-    without an equilibrium. `seconds` are wall and CPU time.
+    without an equilibrium. `seconds` are wall and CPU time, and
+    `nominal` is the nominal CPU time, s.
     """
 
     states: Floats
@@ -41,6 +43,7 @@ class Training:
     ranges: dict[str, list[Any]]
     failed: tuple[str, ...]
     seconds: tuple[float, float]
+    nominal: float
 
 
 def train(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: BuildContext) -> Training:
@@ -51,6 +54,7 @@ def train(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Buil
         workshop.meshes[key] = _compute_training(model, declared, case, mesh, scene, workshop)
         return stored_training(workshop, key)
     found = stored_training(workshop, key)
+    count_seconds(found.nominal)
     workshop.borrowed = (
         workshop.borrowed[0] + found.seconds[0],
         workshop.borrowed[1] + found.seconds[1],
@@ -79,7 +83,7 @@ def _compute_training(
     model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: BuildContext
 ) -> Training:
     """Return the training states of a model, computed for every setting and fraction of the load."""
-    wall, cpu = time.perf_counter(), time.process_time()
+    wall, cpu, before = time.perf_counter(), time.process_time(), counted()
     states, settings, failed = [], [], []
     ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}
     for setting in scenes(model.over, scene):
@@ -99,7 +103,8 @@ def _compute_training(
             except NotConverged as failure:
                 failed.append(f"{words}: {failure.reason}")
     spent = time.perf_counter() - wall, time.process_time() - cpu
-    return Training(np.array(states).reshape(-1, mesh.points.size), tuple(settings), ranges, tuple(failed), spent)
+    u = np.array(states).reshape(-1, mesh.points.size)
+    return Training(u, tuple(settings), ranges, tuple(failed), spent, counted() - before)
 
 
 # ------------------------------------------------------------------ beyond the training

@@ -19,7 +19,7 @@ from softmark.interpreter.verification.by_model.beam_forces_check import balance
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 from softmark.interpreter.verification.grid_convergence import COARSE, HOPELESS, error_from_finer, require_close_grids
 from softmark.interpreter.verification.probe_errors import NO_ERROR, NoErrorEstimate, ProbeResultUnderTest
-from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
+from softmark.interpreter.verification.solution_under_test import LONGER, SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 from softmark.solvers.mesh.shape import Swept
 
@@ -28,6 +28,7 @@ LEANING, BORED = (
     0.1,
     1.0,
 )  # times that slope, of shear: by Poisson's ratio, a cone has 0.04; and of bores that lean else
+FIXED = 0.5  # part of the cost of a solution that fewer segments do not reduce
 BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
 
 
@@ -74,7 +75,8 @@ class BeamVerifier(Verifier):
             with answer.budget.reserving(answer.reserved_solution_cost if answer.asked else 0.0):
                 fine = seen.of(self._solve_with_segments(answer, 2 * segments))
         except NoErrorEstimate:
-            return super().discretisation(answer, seen)
+            with answer.budget.reserving(LONGER if answer.in_time else 0.0):
+                return super().discretisation(answer, seen)
         farther, apart = None, seen.apart(fine)
         if segments % 2 == 0:
             farther = seen.of(self._solve_with_segments(answer, segments // 2)).apart(seen)
@@ -86,7 +88,8 @@ class BeamVerifier(Verifier):
         """Return the solution with another number of segments. Raises NoErrorEstimate."""
         thing = answer.declared.thing
         declared = replace(answer.declared, thing=replace(thing, segments=segments))
-        costs = segments / thing.segments
+        ratio = segments / thing.segments
+        costs = max(ratio, FIXED + (1.0 - FIXED) * ratio)
         return answer.solve_other_model(f"segments {segments}", declared, answer.case, costs, slight=True)[0]
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
