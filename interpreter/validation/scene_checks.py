@@ -200,10 +200,7 @@ def _models_and_references(scene: Scene) -> list[Declared]:
 
 
 def _cases(scene: Scene, kind: str, valid: bool = True) -> Iterator[tuple[Declared, Case]]:
-    """Yield the models or references of unambiguous deformable bodies with their cases.
-
-    If `valid`, those of invalid shapes are left out.
-    """
+    """Yield the models or references of unambiguous bodies with their cases; if `valid`, only of valid shapes."""
     for declared in scene.asked(kind).values():
         try:
             case = case_for(scene, declared)

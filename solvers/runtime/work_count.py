@@ -8,12 +8,15 @@ factor of a few.
 from __future__ import annotations
 
 import threading
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    from typing import Any
 
-Stencils = NDArray[np.integer[Any]]  # (n, k) degrees of freedom of n blocks
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Stencils = NDArray[np.integer[Any]]  # (n, k) degrees of freedom of n blocks
 
 FLOPS, ENTRIES = 1e10, 5e8  # per second: operations of a factorisation; matrix entries in a solve or a product
 FORCE, STIFFNESS = 1e-7, 4e-8  # s, for each stencil: per degree of freedom; per entry of its block
