@@ -12,6 +12,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
 from softmark.solvers.linear.factorisations import DeferredFactor, Factor, Singular
 from softmark.solvers.linear.linear_solver import TIGHTEST, LinearSystems
+from softmark.solvers.statics.contact_line_search import SHORTEST, least_fraction_into_contact
 from softmark.solvers.statics.rigid_motion_predictor import force_change_of_rigid_motion
 from softmark.solvers.statics.static_problem import Criterion, Iteration, NotConverged, Statics
 
@@ -19,9 +20,7 @@ MEMORY = 10  # number of last energies whose largest a step must stay below: ben
 RIGID = 1e-6  # least force scale, relative to the force if only the supports moved
 VALLEY = 200  # least number of steps after instability: the energy of a square column hardly depends on direction
 TINY = 1e-4  # of the motion so far: largest last Newton step if rounding limits the residual
-
 BLIND = ("conjugate_gradients", "multigrid")  # linear solvers without pivot signs
-
 Merit = Callable[[Floats, float], float]
 
 
@@ -259,10 +258,8 @@ class Newton:
             raise NotConverged("the motion of the supports inverts cells", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
-        recent, most = (
-            deque([value], 1 if self.problem.may_contact else MEMORY),
-            max(self.problem.max_iterations, patience),
-        )
+        recent = deque([value], 1 if self.problem.may_contact else MEMORY)
+        most = max(self.problem.max_iterations, patience)
         for number in range(most + 1):
             g, residual = self.gradient_and_residual(x, load)
             if self._has_converged(x, g, residual):
@@ -358,7 +355,9 @@ class Newton:
                 y = self._take_step(x, d, 1.0)
                 return y, merit(y, load), 1.0
             slope = float(g @ d) if self.minimizes_energy else -2.0 * merit(x, load)
-            length = self._armijo_fraction(x, load, d, value, slope, merit)
+            left, may_enter = self.left if self.phase == "aside" else None, projected and self.problem.may_contact
+            least = least_fraction_into_contact(self._rigid_contacts(load), left) if may_enter else SHORTEST
+            length = self._armijo_fraction(x, load, d, value, slope, merit, least)
             if projected and length == 1.0:
                 length = self._lengthen_step(x, load, d, merit)
             if length:
@@ -366,10 +365,12 @@ class Newton:
                 return y, merit(y, load), length
         raise NotConverged("no Newton step decreases the energy", tuple(self.history))
 
-    def _armijo_fraction(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
-        """Return the fraction of a step d that decreases the merit enough (Armijo 1966); 0 if there is none."""
+    def _armijo_fraction(
+        self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit, least: float
+    ) -> float:
+        """Return the fraction, above `least`, of a step d that decreases the merit enough (Armijo 1966), or else 0."""
         length = self._collision_free_fraction(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
-        while length > 1e-5:
+        while length > least:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
             if merit(self._state_along_step(x, d, length), load) <= enough:
                 return length
@@ -495,6 +496,5 @@ class Newton:
 
     def _record_iteration(self, load: float, number: int, residual: float, length: float) -> None:
         """Add an iteration to the history."""
-        iteration = Iteration(self.phase, load, number, residual, length)
-        self.history.append(iteration)
+        self.history.append(iteration := Iteration(self.phase, load, number, residual, length))
         self.problem.watch(iteration)
