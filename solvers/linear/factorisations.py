@@ -388,7 +388,7 @@ def _lu_factor(K: sparse.csr_matrix, symmetric: bool) -> LuFactor:
         raise Singular(str(error)) from error
     except MemoryError:
         raise Singular("SuperLU ran out of memory") from None
-    count_factorization(float(lu.nnz) ** 2 / K.shape[0])
+    count_factorization(float(lu.nnz) ** 2 / max(1, K.shape[0]))
     return LuFactor(lu)
 
 

@@ -199,7 +199,7 @@ def test_a_field_of_displacements_deforms_the_surface_of_the_probe() -> None:
     known = ReferenceData("theory", u=np.full((8, 3), 0.5) * [1.0, 0.0, 0.0])
     found = SurfaceDistance("skin", "theory").measure(seen(CORNERS, CUBE, None, known=known))
     assert found.value == pytest.approx(0.25)
-    with pytest.raises(Undefined, match="no triangles"):
+    with pytest.raises(Undefined, match="not a surface of triangles"):
         SurfaceDistance("line", "theory").measure(seen(CORNERS, None, None, known=known))
     with pytest.raises(Undefined, match="neither"):
         SurfaceDistance("line", "theory").measure(seen(CORNERS, CUBE, None, known=ReferenceData("theory")))
