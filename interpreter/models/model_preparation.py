@@ -13,7 +13,7 @@ from softmark.interpreter.models import model_builders
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.problem.body_case import Case, case_for
 from softmark.pausing import collection_paused
-from softmark.solvers.runtime.work_count import counted
+from softmark.solvers.runtime.work_count import counted, seconds_since
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tu
     spent = time.perf_counter() - wall, time.process_time() - cpu
     # a mesh made for another model is charged to this model too
     wall, cpu = (a + b for a, b in zip(spent, workshop.borrowed, strict=True))
-    return prepared, ComputingTimes((wall,), (cpu,), counted() - before)
+    return prepared, ComputingTimes((wall,), (cpu,), seconds_since(before))
 
 
 def from_a_model(reference: Declared) -> bool:

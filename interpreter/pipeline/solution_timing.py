@@ -17,7 +17,7 @@ from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.results.run_report import Timing
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, format_state
 from softmark.solvers.runtime import parallel_compilation
-from softmark.solvers.runtime.work_count import counted
+from softmark.solvers.runtime.work_count import counted, seconds_since
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.static_equilibrium import Iteration
@@ -90,7 +90,7 @@ def _solve_with_timing(work: StateRun, name: str, prepared: Prepared) -> tuple[S
             else find_faulty_plugin(error) or f"{type(error).__name__}: {error}"
         )
         solution = Solution("failed", f"the solver stopped with an error ({what})", {})
-    return solution, ComputingTimes(tuple(wall), tuple(cpu), counted() - before)
+    return solution, ComputingTimes(tuple(wall), tuple(cpu), seconds_since(before))
 
 
 def _compile_kernels(work: StateRun, name: str, prepared: Prepared) -> None:

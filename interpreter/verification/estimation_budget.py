@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate
-from softmark.solvers.runtime.work_count import counted
+from softmark.solvers.runtime.work_count import counted, seconds_since
 
 SOLUTIONS = 2.0  # total budget relative to the cost of the solution
 LEAST = 5.0  # s, least budget
@@ -35,7 +35,7 @@ class Budget:
     asked: bool = True
     spent: float = 0.0
     _depth: int = 0
-    _since: float = 0.0
+    _since: int = 0  # ns
 
     @classmethod
     def of(cls, facts: Mapping[str, Any], asked: bool) -> Budget:
@@ -51,7 +51,7 @@ class Budget:
     def __exit__(self, *failure: object) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self.spent += counted() - self._since
+            self.spent += seconds_since(self._since)
 
     @property
     def words(self) -> str:
@@ -71,7 +71,7 @@ class Budget:
     @property
     def left(self) -> float:
         """Nominal CPU time that error estimates may still use, s."""
-        return self.limit - self.spent - (counted() - self._since if self._depth else 0.0)
+        return self.limit - self.spent - (seconds_since(self._since) if self._depth else 0.0)
 
     def add_solution_time(self, took: float) -> None:
         """Increase the budget for `took` seconds of solution time that its clock missed, such as modal analysis."""

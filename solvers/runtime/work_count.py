@@ -36,9 +36,14 @@ class _Count(threading.local):
 _COUNT = _Count()
 
 
-def counted() -> float:
-    """Return the nominal CPU time, s, of all work counted so far in this thread."""
-    return _COUNT.nanoseconds * 1e-9
+def counted() -> int:
+    """Return the nominal CPU time, ns, of all work counted so far in this thread."""
+    return _COUNT.nanoseconds
+
+
+def seconds_since(start: int) -> float:
+    """Return the nominal CPU time, s, of the work counted since `counted` returned `start`."""
+    return (_COUNT.nanoseconds - start) * 1e-9
 
 
 def count_seconds(seconds: float) -> None:

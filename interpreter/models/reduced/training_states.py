@@ -19,7 +19,7 @@ from softmark.interpreter.planning.sweep_expansion import value_of
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.runtime.work_count import count_seconds, counted
+from softmark.solvers.runtime.work_count import count_seconds, counted, seconds_since
 from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def _compute_training(
                 failed.append(f"{words}: {failure.reason}")
     spent = time.perf_counter() - wall, time.process_time() - cpu
     u = np.array(states).reshape(-1, mesh.points.size)
-    return Training(u, tuple(settings), ranges, tuple(failed), spent, counted() - before)
+    return Training(u, tuple(settings), ranges, tuple(failed), spent, seconds_since(before))
 
 
 # ------------------------------------------------------------------ beyond the training
