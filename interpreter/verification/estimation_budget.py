@@ -55,7 +55,7 @@ class Budget:
 
     @property
     def words(self) -> str:
-        """Largest allowed cost as text, such as `4 times the time of the solution`."""
+        """Largest allowed cost as text, such as `2 times the time of the solution`."""
         return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the time of the solution"
 
     @contextmanager

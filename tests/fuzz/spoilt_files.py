@@ -263,7 +263,7 @@ def spoilt(data: bytes, chance: random.Random, other: bytes) -> bytes:
 
 
 def inputs(name: str, count: int, seed: int) -> Iterator[bytes]:
-    """What `target` takes: endings of names and contents, mostly of files that were read before they were spoilt."""
+    """Yield inputs of `target`: endings of names and contents, mostly of files that were readable before."""
     chance, sound, own = random.Random(f"{name} {seed}"), sound_files(name), target(name, Path.cwd())
     suffixes = sorted({suffix for suffix, _ in sound})
     every = {suffix: [data for its, data in sound if its == suffix] for suffix in suffixes}

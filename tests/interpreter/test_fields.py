@@ -256,7 +256,7 @@ def test_voxels_without_a_size_or_a_place_are_refused(header: dict[str, Any], re
 
 
 def test_a_hexahedron_may_be_collapsed_to_a_wedge(tmp_path: Path) -> None:
-    """At its sharp edge its Jacobian matrix is singular, and points beyond are nearest to that edge."""
+    """The Jacobian matrix is singular at the sharp edge, to which points beyond it are nearest."""
     points = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0], [0, 0, 2], [4, 0, 2], [4, 0, 2], [0, 2, 2]])
     cells = [("hexahedron", np.arange(8)[None])]
     meshio.Mesh(points, cells, point_data={"p": 1.0 + points @ [1.0, 2.0, 3.0]}).write(tmp_path / "m.vtu")

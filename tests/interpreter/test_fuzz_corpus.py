@@ -96,7 +96,7 @@ FILES: list[bytes] = []
 @pytest.mark.long
 @pytest.mark.slow
 def test_spoilt_files_and_texts_in_an_editor(script: list[str], tmp_path: Path) -> None:
-    """In a process of its own, since its memory is limited: spoilt files of every reader, all requests of editors."""
+    """The fuzzers of spoilt files and of editor requests find nothing, in processes with limited memory."""
     command = [sys.executable, str(FUZZ / script[0]), *script[1:]]
     environment = {**os.environ, "SOFTMARK_FUZZ": str(tmp_path)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)

@@ -62,7 +62,7 @@ def test_each_method_agrees_with_a_dense_solution(method: str, poisson: float, l
     assembly = block(law("small", 6e4, poisson))
     K = tangent(assembly)
     b = np.random.default_rng(1).normal(size=K.shape[0])
-    factor = factorisations.factor(K, method=method, modes=assembly.rigid_body_modes)  # type: ignore[arg-type]
+    factor = factorisations.factor(K, method=method, modes=assembly.rigid_body_modes)  # type: ignore[arg-type]  # a str
     x, exact = factor.solve(b), np.linalg.solve(K.toarray(), b)
     error = np.linalg.norm(x - exact) / np.linalg.norm(exact)
     assert error <= (1e-6 if factor.tolerance else 1e-11)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.interpreter.language import units
+from softmark.interpreter.vocabulary.supports.spring_support import rigid_motions_along
 from softmark.solvers.energies.energy import Floats
 
 AXES = "xyz"
@@ -17,13 +18,8 @@ def rigid_motion_rows(points: Floats, components: tuple[int, ...]) -> Floats:
 
     The columns are three translations followed by three rotations.
     """
-    rows = np.zeros((len(points), 3, 6))
-    rows[:, :, :3] = np.eye(3)
-    x, y, z = points.T
-    rows[:, 0, 4], rows[:, 0, 5] = z, -y  # omega x r
-    rows[:, 1, 3], rows[:, 1, 5] = -z, x
-    rows[:, 2, 3], rows[:, 2, 4] = y, -x
-    return rows[:, list(components)].reshape(-1, 6)
+    axes = np.eye(3)[list(components)]
+    return rigid_motions_along(points, np.broadcast_to(axes, (len(points), *axes.shape))).reshape(-1, 6)
 
 
 def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:

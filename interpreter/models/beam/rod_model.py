@@ -22,7 +22,7 @@ class RodModel(Meshless):
 
     def displacement_field(self, x: Floats) -> DisplacementField:
         """Return the displacement field of a state x (nodes * 7,)."""
-        raise NotImplementedError
+        raise NotImplementedError  # beams and frames override it
 
     def stored_state(self, problem: Dynamics, motion: Motion) -> Floats:
         """Return positions and quaternions of the nodes (nodes * 7,)."""

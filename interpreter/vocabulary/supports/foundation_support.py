@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from softmark.interpreter.vocabulary.supports.spring_support import SpringSupport, rigid_motion_rows
+from softmark.interpreter.vocabulary.supports.spring_support import SpringSupport, rigid_motions_along
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from softmark.interpreter.vocabulary.supports.spring_support import Result, Springs
     from softmark.interpreter.vocabulary.supports.support import Floats
+else:
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)
@@ -36,4 +40,5 @@ class ElasticFoundationSupport(SpringSupport):
 
     def resisted_motions(self, X: Floats, normal: Floats) -> Floats:
         """Return the constraint rows (p, r, 6) at each point: of its displacements, or of the normal one only."""
-        return rigid_motion_rows(X, normal[:, None] if self.directions == "normal" else None)
+        along = normal[:, None] if self.directions == "normal" else np.broadcast_to(np.eye(3), (len(X), 3, 3))
+        return rigid_motions_along(X, along)

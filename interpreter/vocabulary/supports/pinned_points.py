@@ -29,7 +29,7 @@ class Pinned(VectorMotion):
     ] = None
 
     @property
-    def moves(self) -> bool:  # type: ignore[override]
+    def moves(self) -> bool:  # type: ignore[override]  # a constant of other kinds
         """True if the support prescribes a nonzero displacement."""
         return any(self.by)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from softmark.interpreter.vocabulary.supports.spring_support import SpringSupport, rigid_motion_rows
+from softmark.interpreter.vocabulary.supports.spring_support import SpringSupport, rigid_motions_along
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -35,6 +35,6 @@ class RigidPlate(SpringSupport):
 
     def resisted_motions(self, X: Floats, normal: Floats) -> Floats:
         """Return the constraint row (p, 1, 6) at each point: its normal displacement relative to the mean."""
-        rows = rigid_motion_rows(X, normal[:, None])
+        rows = rigid_motions_along(X, normal[:, None])
         rows -= rows.mean(axis=0)
         return rows

@@ -56,7 +56,7 @@ class Rotated(DisplacementSupport):
         return x, y, z
 
     @property
-    def export_fault(self) -> str:  # type: ignore[override]
+    def export_fault(self) -> str:  # type: ignore[override]  # a constant of other kinds
         """Reason why the support cannot be exchanged with other programs; "" if it rotates nothing."""
         return OFF_LINE if self.rotates else ""
 

@@ -41,21 +41,19 @@ class SpringSupport(Support):
 
     def springs(self, surface: Springs[Result]) -> Result:
         """Return the springs on the surface of a solid, made by the operations of `surface`."""
-        raise NotImplementedError(f"{type(self).__name__} has no springs")
+        raise NotImplementedError(f"{type(self).__name__} has no springs")  # each kind overrides it
 
     def resisted_motions(self, X: Floats, normal: Floats) -> Floats:
         """Return how the springs at points X (p, 3), m, with unit normals (p, 3), restrict rigid motions (p, r, 6).
 
         Each row gives a displacement in terms of three translations and three rotations about the origin.
         """
-        raise NotImplementedError(f"{type(self).__name__} resists no motion")
+        raise NotImplementedError(f"{type(self).__name__} resists no motion")  # each kind overrides it
 
 
-def rigid_motion_rows(X: Floats, directions: Floats | None = None) -> Floats:
-    """Return the displacements of points X (p, 3), m, along `directions` (p, r, 3) in rigid motions (p, r, 6).
+def rigid_motions_along(X: Floats, directions: Floats) -> Floats:
+    """Return the displacements of points X (p, 3), m, along `directions` (p, r, 3) in six unit rigid motions (p, r, 6).
 
-    By default the directions are x, y and z.
+    The motions are three translations followed by three rotations about the origin.
     """
-    if directions is None:
-        directions = np.broadcast_to(np.eye(3), (len(X), 3, 3))
     return np.concatenate([directions, np.cross(X[:, None], directions)], axis=2)

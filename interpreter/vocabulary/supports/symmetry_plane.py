@@ -49,7 +49,7 @@ class Symmetric(DisplacementSupport):
         return found.pop() if len(found) == 1 else None
 
     @property
-    def components(self) -> tuple[int, ...]:  # type: ignore[override]
+    def components(self) -> tuple[int, ...]:  # type: ignore[override]  # a constant of other kinds
         """Direction in which displacements are zero: the normal of the plane."""
         return () if self.mirror_plane is None else (self.mirror_plane[0],)
 
